@@ -1,11 +1,11 @@
-"""Words on the backplane as data, without time or I/O: only values can be invalid.
+"""Words on the backplane as plain data, without time or I/O.
 
-Words can be converted to objects with names, and back; both conversions together change
-nothing. Words without a meaning are refused with a
+Words can be converted to named objects and back without loss. Words that have no meaning are refused with a
 `ValueError` that states the reason, except by the classes that a module or its logic uses in every
 scan (`Parameters`, `StatusView`), which accept any words.
 
-An `Image` holds signed words, eight for a 3601, and the same memory as bytes. The thousands
+An `Image` contains signed words (eight for a 3601) and gives access to the same memory as bytes. The
+thousands
 functions split values of more than 16 bits; `amci3601` defines what the words
 of an AMCI 3601 mean.
 

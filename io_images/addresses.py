@@ -1,4 +1,4 @@
-"""Addresses of words and bits in a rack: Rockwell's notations, and names by meaning.
+"""Addresses of words and bits in a rack, in Rockwell's notations or by name.
 
     Local:1:I.Data[0].14            CompactLogix, slot 1, input word 0, bit 14
     Local:1:I.Data0.14              the same, as add-on profiles name the words
@@ -6,7 +6,7 @@
     Local:3:I.Ch0Data               CompactLogix, channel 0 of an analog card
     Local:3:I.Ch1Overrange          a member of a card's tag, see `cards`
     I:1.0/14, I:1/14                MicroLogix, bit 14 of word 0
-    Local:1:I.ModuleOK              a bit of input word 0, as the module's profile of V20 names it
+    Local:1:I.ModuleOK              a bit of input word 0, as named in the module's V20 profile
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
     slot1.status.MOVE_COMPLETE      a bit of the module's status, by name
     slot1.command.HOLD_MOVE         a bit of the module's command, by name
@@ -80,7 +80,7 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
         slots: the words of the module in every occupied slot.
 
     Raises:
-        ValueError: the form, slot, word, bit or name is unknown; the message has the valid ones.
+        ValueError: the form, slot, word, bit or name is unknown; the message lists the valid ones.
     """
     stripped = text.strip()
     for form in _RAW_FORMS:
@@ -201,7 +201,7 @@ def _of_image(groups: Groups, image: str) -> Mapping[str, BitPlace]:
 
 
 def _allowed_bit(name: str, names: Iterable[str]) -> str:
-    """Return the allowed names as text, beginning with the closest one in either case."""
+    """Return the allowed names as text, beginning with the closest match, ignoring case."""
     names = list(names)
     return allowed(name if any(map(str.isupper, names)) else name.lower(), names)
 

@@ -1,6 +1,6 @@
-"""Reads annotations in a user's code; Python 3.14 and later evaluate them on reading [PEP 649].
+"""Reads annotations in a user's code; Python 3.14 and later evaluate them when they are read [PEP 649].
 
-A name that exists only for type checkers is no error.
+A name that exists only for type checkers is not an error.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def declared(namespace: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:
-    """Return the signature of a function; raise the errors of `inspect.signature`."""
+    """Return the signature of a function; raise the same errors as `inspect.signature`."""
     if sys.version_info >= (3, 14):
         return inspect.signature(function, annotation_format=Format.FORWARDREF)
     return inspect.signature(function)

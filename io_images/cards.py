@@ -4,11 +4,11 @@
     1769-...    a CompactLogix:                   Local:2:I.Data.3, Local:2:O.Data.3
 
 Terminal n of a digital card is bit n of its data, with 16 bits per word. Channel n of an analog card is word
-n. To a CompactLogix, the data of a card with 32 terminals are one DINT: `Local:2:I.Data.31`.
+n. In a CompactLogix, the data of a card with 32 terminals is one DINT: `Local:2:I.Data.31`.
 
 To add a card, add its row and run `python -m tests.tools.generate`, which updates docs/card-tables.md. The
-members of tags follow from the row and have the names of Studio 5000 [1769-UM002B, table 3.1; 1769-IN087A,
-page 15]. `Fault` belongs to the connection and is not a word of an image:
+members of tags are derived from the row and have the same names as in Studio 5000 [1769-UM002B, table 3.1;
+1769-IN087A, page 15]. `Fault` belongs to the connection and is not a word of an image:
 
     digital inputs      I.Data
     digital outputs     O.Data, I.ReadBack
@@ -88,7 +88,7 @@ class CardKind:
 
     @property
     def channels(self) -> Mapping[str, int]:
-        """The number of channels by image."""
+        """Number of channels in each image."""
         return {"I": self.channels_in, "O": self.channels_out}
 
     @property
@@ -100,7 +100,7 @@ class CardKind:
 
     @property
     def has_members(self) -> bool:
-        """Whether its tags have members; cards of a MicroLogix only have words."""
+        """Whether its tags have members; MicroLogix cards have only words."""
         return not self.name.startswith("1762")
 
     def members(self) -> Iterator[tuple[str, MemberPlace]]:

@@ -1,7 +1,8 @@
 """Writes tables of comma-separated values for all of scanrack.
 
 A spreadsheet treats a cell that begins with `=`, `+`, `-` or `@` as a formula, which may read other files or
-access the network. So untrusted texts, such as names, descriptions and string values, never become formulas.
+access the network. Untrusted text, such as names, descriptions and string values, is therefore never written
+as a formula.
 """
 
 from __future__ import annotations
@@ -11,11 +12,11 @@ import io
 from collections.abc import Iterable
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""First characters of a formula."""
+"""Characters that can begin a formula."""
 
 
 def cell(value: object) -> object:
-    """Return the value of a cell, with a quote before a text that a spreadsheet would treat as a formula.
+    """Return the value of a cell; text that a spreadsheet would treat as a formula gets a leading quote.
 
     >>> cell("=HYPERLINK(0)"), cell("+1"), cell("Motor"), cell(-1)
     ("'=HYPERLINK(0)", "'+1", 'Motor', -1)
@@ -24,7 +25,7 @@ def cell(value: object) -> object:
 
 
 def line_text(text: str) -> str:
-    r"""Return a text as one line.
+    r"""Return text as a single line.
 
     >>> line_text("Motor\nof the belt")
     'Motor of the belt'
@@ -33,7 +34,7 @@ def line_text(text: str) -> str:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as comma-separated values [RFC 4180]; texts in them are not formulas.
+    """Return rows as comma-separated values [RFC 4180]; text in them is never a formula.
 
     >>> csv_text([["a", "=1"], [-1, "b, c"]]).splitlines()
     ["a,'=1", '-1,"b, c"']

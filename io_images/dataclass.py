@@ -1,8 +1,9 @@
 """A `dataclass` decorator like the standard library's that compiles methods on first use.
 
 The standard library compiles six methods when a class is defined. Most of them are never called, and
-compiling them took a tenth of the time of a short `scanrack run`. The standard library still finds the fields
-and slots, and it still makes classes that inherit fields or have an `InitVar`.
+compiling them took a tenth of the run time of a short `scanrack run`. The standard library still determines
+the
+fields and slots, and it still builds classes that inherit fields or have an `InitVar`.
 
 >>> @dataclass(frozen=True, slots=True)
 ... class Spot:
@@ -32,7 +33,7 @@ COMPARISONS = {"__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">="}
 
 
 class CompiledOnUse:
-    """Placeholder of a method: looking it up compiles the method, which then replaces the placeholder.
+    """Placeholder for a method: looking it up compiles the method, which then replaces the placeholder.
 
     Args:
         cls: the class.
@@ -60,7 +61,7 @@ def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
 
 
 def _lazy_class(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
-    """Return a dataclass with placeholders for methods that its author did not write."""
+    """Return a dataclass with placeholders for the methods that the class does not define."""
     if _is_special(cls):
         return _standard(**options)(cls)  # type: ignore[no-any-return]
     parameters = {**DEFAULTS, **options}
@@ -189,7 +190,7 @@ def _compiled(
     Args:
         parameters: code of each parameter.
         body: lines of code.
-        names: values of further names in the code.
+        names: values of other names in the code.
     """
     lines = [
         f"def making({', '.join(names)}):",
@@ -203,7 +204,7 @@ def _compiled(
 
 
 def _refusal(cls: type[Any], name: str, action: str) -> Method:
-    """Return the method that refuses to assign or to delete a field of a frozen class."""
+    """Return a method that refuses to assign or delete a field of a frozen class."""
     names = frozenset(field.name for field in fields(cls))
 
     def refuse(self: object, attribute: str, *value: object) -> None:
@@ -231,7 +232,7 @@ else:
 
 @contextmanager
 def of_libraries_too() -> Iterator[None]:
-    """Use this decorator for libraries that a `with` block imports: pydantic and mcap have 70 dataclasses."""
+    """Use this decorator for libraries imported in a `with` block; pydantic and mcap use 70 dataclasses."""
     dataclasses.dataclass = dataclass
     try:
         yield

@@ -1,9 +1,9 @@
 """Entry points for untrusted texts: the only callers of the TOML and JSON parsers.
 
-The bare parsers need disproportionate time and memory for some input, or raise a RecursionError. A text from
-a file has the limits of `text_limits`; its transport limits a message. The other entry points are
+The bare parsers take excessive time and memory for some input, or raise a RecursionError. Text from a file is
+subject to `text_limits`; the size of a message is limited by its transport. The other entry points are
 `rockwell.l5x.xml.document` for XML, `io_images.captures.packets` for captures, and `traces.read.reader` and
-`traces.repair` for traces. `tests/unit/tools/test_doors.py` finds parsers that are called elsewhere.
+`traces.repair` for traces. `tests/unit/tools/test_doors.py` finds parser calls elsewhere.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Names that a package imports on first use.
 
-The package lists them as imports below `if TYPE_CHECKING:`. Type checkers and this module both read these
+The package lists them as imports under `if TYPE_CHECKING:`. Type checkers and this module both read these
 lines, so each name is written only once.
 """
 
@@ -29,7 +29,7 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
 
 
 def listed_in(spec: ModuleSpec, name: str) -> object:
-    """Import a name that a package lists; for the package's `__getattr__`.
+    """Import a name that a package lists; the package's `__getattr__` calls this.
 
     Args:
         spec: the package's `__spec__`.
@@ -44,10 +44,10 @@ def listed_in(spec: ModuleSpec, name: str) -> object:
 
 
 def imported_from(module: str, name: str, package: str) -> object:
-    """Return a name of a module, or the module itself if that has the name.
+    """Return an object from a module, or the module itself if it has that name.
 
     Raises:
-        AttributeError: the module does not exist, or does not have the name.
+        AttributeError: the module does not exist or does not define the name.
     """
     absent = AttributeError(f"module {package!r} has no attribute {name!r}")
     if name.startswith("_"):

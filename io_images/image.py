@@ -1,9 +1,9 @@
 """The image of 16-bit words that logic and a module exchange over the backplane.
 
-A 3601 exchanges eight words in each direction; the `ModuleWords` of another module name its words. Words are
-signed in the PLC (INT). Bits are numbered 0 to 15 from the least significant bit. An image is a view of
-little-endian bytes, so a rack can keep all images in one block of memory, and a recorder can copy that block
-without encoding it.
+A 3601 exchanges eight words in each direction; the words of other modules are named by their `ModuleWords`.
+Words are signed in the PLC (INT). Bits are numbered 0 to 15 from the least significant bit. An image is a
+view of little-endian bytes, so a rack can keep all images in one block of memory, and a recorder can copy
+that block without encoding it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def signed_word(value: int) -> int:
     (-31682, 63)
 
     Raises:
-        ValueError: the value is not a whole number, or does not fit 16 bits.
+        ValueError: the value is not a whole number or does not fit in 16 bits.
     """
     try:
         value = index(value)
@@ -48,7 +48,7 @@ def signed_word(value: int) -> int:
 class Image:
     """Signed words that logic, modules and recorders share: eight, or `size` words.
 
-    `raw` is the memory as little-endian bytes, `words` the same memory as signed integers. Indexing and
+    `raw` is the memory as little-endian bytes; `words` is the same memory as signed integers. Indexing and
     iterating an image access its words; writing also accepts unsigned words.
 
     >>> image = Image([0x843E, 0x003F, 1])
@@ -60,7 +60,7 @@ class Image:
     Args:
         words: up to `size` words, -32,768 to 65,535 each; missing ones are 0.
         size: number of words, 1 to 250.
-        buffer: writable bytes, two per word, that are the memory of the image; their number sets the size.
+        buffer: writable bytes, two per word, to use as the image's memory; their number sets the size.
 
     Raises:
         ValueError: there are more than `size` words, a word is out of range, or the size or the buffer is
@@ -127,7 +127,7 @@ class Image:
         return f"Image({self.words.tolist()})"
 
     def _repr_html_(self) -> str:
-        """Return the words for a notebook: number, value, hexadecimal, and the bits that are on."""
+        """Return the words as HTML for a notebook: number, value, hexadecimal, and the bits that are on."""
         from .static_html import card, rows
 
         table = (
@@ -172,7 +172,7 @@ class Image:
 
 
 class _ReadOnlyImage(Image):
-    """An input image for logic, which only the module may write."""
+    """A read-only view of an input image for logic; only the module may write the image."""
 
     __slots__ = ()
 

@@ -48,7 +48,7 @@ _UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("_UNSAVED", default=Mappi
 
 @contextmanager
 def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
-    """Let `read_input` return these unsaved texts of an editor instead of the files with their paths."""
+    """Make `read_input` return an editor's unsaved texts instead of the files at those paths."""
     token = _UNSAVED.set({realpath(path): text.encode() for path, text in texts.items()})
     try:
         yield
@@ -73,7 +73,7 @@ def read_input_text(path: Path, kind: TextKind) -> str:
 
 
 def read_checked(path: Path, kind: TextKind) -> str:
-    """Read a UTF-8 file as `read_input_text` does; raise a TextLimitError beyond the limits of its kind."""
+    """Read a UTF-8 file like `read_input_text`; raise a TextLimitError if it exceeds its limits."""
     text = read_input_text(path, kind)
     check_text(text, kind)
     return text

@@ -1,4 +1,4 @@
-"""The commands that install scanrack, for all messages and pages.
+"""The commands that install scanrack, for use in all messages and pages.
 
 The package is not published yet. When it is, set `SOURCE` to "scanrack"; `python -m tests.tools.generate`
 then updates the pages.
@@ -13,7 +13,7 @@ SOURCE: str = "."
 def install_line(extra: str = "", tool: str = "pip") -> str:
     """Return the command that installs scanrack, with an extra if given.
 
-    It has double quotes, which all shells understand, including the one of Windows.
+    It uses double quotes, which all shells understand, including those on Windows.
 
     >>> install_line(), install_line("plot")
     ('pip install .', 'pip install ".[plot]"')
@@ -22,7 +22,7 @@ def install_line(extra: str = "", tool: str = "pip") -> str:
 
 
 def how_to_install(extra: str = "") -> str:
-    """Return the command that installs scanrack and its folder, for messages.
+    """Return the command that installs scanrack and the folder to run it in, for messages.
 
     >>> how_to_install("plot")
     'pip install ".[plot]" in a checkout of scanrack'

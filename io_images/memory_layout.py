@@ -18,32 +18,32 @@ from .image import WORDS_MAX
 from .module_words import INPUT, ModuleWords
 
 ALIGNED_TO = 8
-"""The size of the block is a multiple of this number of bytes, which is the size of the widest tag."""
+"""The size of the block is a multiple of this number of bytes, the size of the widest tag."""
 
 
 class ImagePlaces(NamedTuple):
-    """Places of a module's images in the block, bytes."""
+    """Places of a module's images in the block, in bytes."""
 
     outputs: slice
     inputs: slice
 
     def image(self, image: str) -> slice:
-        """Return the bytes of an image, "I" or "in", "O" or "out"."""
+        """Return the byte slice of an image: "I" or "in", "O" or "out"."""
         return self.inputs if image in INPUT else self.outputs
 
     def columns(self, image: str) -> slice:
-        """Return the words of an image in the block as words."""
+        """Return the slice of an image in the block, counted in words."""
         place = self.image(image)
         return slice(place.start // 2, place.stop // 2)
 
     @property
     def whole(self) -> slice:
-        """The bytes of both images."""
+        """The byte slice of both images."""
         return slice(self.outputs.start, self.inputs.stop)
 
     @property
     def words(self) -> slice:
-        """The words of both images in the block as words."""
+        """The slice of both images in the block, counted in words."""
         return slice(self.outputs.start // 2, self.inputs.stop // 2)
 
 
@@ -76,7 +76,7 @@ NO_MEMORY = MemoryLayout({}, 0)
 
 
 def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
-    """Return the layout of the block for the numbers and words of slots, in the order of the block.
+    """Return the layout of the block for slots, given as number and module words, in block order.
 
     >>> from .module_words import PLAIN_WORDS, numbered
     >>> layout = memory_layout([(1, PLAIN_WORDS), (3, ModuleWords("Small", numbered(1), numbered(2)))])

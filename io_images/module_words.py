@@ -3,7 +3,7 @@
     outputs, inputs    the names of the words of each image; a module has as many words as names
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
 
-`runtime.modules.record` has the record of a module that contains both.
+The record of a module in `runtime.modules.record` contains both.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ class Quantity:
         word: its first word, from 0.
         words: 1 or 2.
         unit: for example "steps".
-        format: format of two words; None if the configuration selects it, which the module's events report.
+        format: format of two words; None if the configuration selects it, in which case the module's events
+            report it.
         counts: whether it changes all the time while the axis moves.
     """
 
@@ -60,12 +61,12 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Modes:
-    """The two modes of a module whose words have other meanings in configuration mode.
+    """The two modes of a module whose words have different meanings in configuration mode.
 
     Attributes:
         live: mask of the bits of the status word with the same meaning in both modes.
-        input: the word of the input image with the bit `CONFIGURES`, which is on in configuration mode; in
-            the output image it is word 0.
+        input: the input word with the bit `CONFIGURES`, which is on in configuration mode; in the output
+            image, word 0 has it.
     """
 
     live: int
@@ -89,19 +90,19 @@ class ModuleWords:
         outputs: names of the words from logic to module, in lower case, as many as the module has.
         inputs: names of the words from module to logic.
         groups: its named bits.
-        profile: bits of input word 0 by the names of the module's add-on profile, as in
+        profile: bits of input word 0, by their names in the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
-        profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
-        data_bits: size of the value Data in each image, 16 or 32 bits from word 0, with bits such as
-            `Local:2:I.Data.3`; 0 for an array of words.
-        terminals: of a card: mask of the terminals in each word of an image, from word 0.
-        card: of a card: catalog number, for the members in `cards`.
+        profile_words: image and word of words, by their names in that profile, as in `Local:3:I.Ch0Data`.
+        data_bits: size of the value `Data` in each image: 16 or 32 bits from word 0, with bits such as
+            `Local:2:I.Data.3`; 0 if it is an array of words.
+        terminals: for a card, the mask of the terminals in each word of an image, from word 0.
+        card: for a card, its catalog number, used to find its members in `cards`.
         errors: names of the bits of the input image that report an error.
         quantities: the numbers in its words.
         modes: the modes of a module with a configuration mode; None for other modules.
 
     Raises:
-        ValueError: a named bit or a quantity is outside of the images, or a bit has two names in a group.
+        ValueError: a named bit or a quantity is outside the images, or a bit has two names in a group.
     """
 
     message: str
@@ -149,7 +150,7 @@ class ModuleWords:
         return next((place for place in places if place.image in INPUT), None)
 
     def covered(self, image: str) -> set[int]:
-        """Return the numbers of the words of an image that named bits or two-word quantities show."""
+        """Return the numbers of the words in an image that named bits or two-word quantities cover."""
         words: set[int] = set()
         for quantity in self.quantities_in(image):
             if quantity.words > 1:
@@ -192,10 +193,10 @@ class ModuleWords:
 
 
 def _refuse_clashes(group: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
-    """Raise a ValueError if a bit of a group is in no image, or has two names.
+    """Raise a ValueError if a bit of a group is outside the images or has two names.
 
     Args:
-        group: for messages.
+        group: name of the group, for messages.
         sizes: number of words by image.
     """
     names_by_place: dict[BitPlace, str] = {}
@@ -215,7 +216,7 @@ def _refuse_clashes(group: str, names: Mapping[str, BitPlace], sizes: Mapping[st
 
 
 def _free_bits(image: str, named_bits: Collection[BitPlace]) -> str:
-    """Return the unnamed bits of the words with named bits, as text."""
+    """Return the unnamed bits of words that also have named bits, as text."""
     masks: dict[int, int] = {}
     for place in named_bits:
         if place.image == image:
@@ -254,7 +255,7 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
 
 
 def numbered(size: int) -> tuple[str, ...]:
-    """Return word0, word1, ... as names of words; raise a ValueError for an illegal number of words."""
+    """Return the names word0, word1, ...; raise a ValueError for an illegal number of words."""
     return tuple(f"word{index}" for index in range(checked_size(size)))
 
 

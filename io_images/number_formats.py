@@ -5,7 +5,7 @@
     BINARY           one signed 32-bit value, the high word first
     BINARY_LOW       the same, the low word first
 
-A networked drive has one format for numbers that the host writes, and one for numbers that it reads
+A networked drive uses one format for numbers that the host writes and another for numbers that the host reads
 [SMD p. 13, p. 25, p. 67, p. 81].
 """
 
@@ -40,7 +40,7 @@ class NumberFormat(Enum):
     BINARY_LOW = "binary, low word first"
 
     def join(self, first: int, second: int) -> int | None:
-        """Return the value in two registers, signed or unsigned; None if the words have no value.
+        """Return the value in two registers, signed or unsigned; None if the words are not a number.
 
         >>> NumberFormat.THOUSANDS.join(12, 345), NumberFormat.THOUSANDS.join(1, 1000)
         (12345, None)
@@ -88,7 +88,7 @@ class NumberFormat(Enum):
         return (high_word, low_word) if self is NumberFormat.BINARY else (low_word, high_word)
 
     def split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Split many values, see `split`; the results may have more bits than the 16 of a word.
+        """Split many values, see `split`; the results may have more than the 16 bits of a word.
 
         SIGN_MAGNITUDE is not supported, since no drive has it.
         """
@@ -111,7 +111,7 @@ _IN_THOUSANDS = (NumberFormat.THOUSANDS, NumberFormat.SIGN_MAGNITUDE)
 
 
 def from_sign_magnitude(msw: int, lsw: int) -> tuple[int, int]:
-    """Convert a pair in sign and magnitude to a 3601's pair; it is illegal unless the LSW is 0 to 999.
+    """Convert a sign-and-magnitude pair to a 3601's pair, which is illegal unless the LSW is 0 to 999.
 
     >>> [from_sign_magnitude(signed_word(0x8000), 345), from_sign_magnitude(signed_word(0x800C), 345)]
     [(0, -345), (-12, -345)]
@@ -123,7 +123,7 @@ def from_sign_magnitude(msw: int, lsw: int) -> tuple[int, int]:
 
 
 def to_sign_magnitude(value: int) -> tuple[int, int]:
-    """Return a value as a pair in sign and magnitude; beyond 32,767,999 the thousands wrap.
+    """Return a value as a sign-and-magnitude pair; beyond 32,767,999 the thousands wrap.
 
     >>> to_sign_magnitude(-345) == (signed_word(0x8000), 345), to_sign_magnitude(12_000)
     (True, (12, 0))

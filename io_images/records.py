@@ -1,4 +1,4 @@
-"""A decorator for records that a program has in great number, such as operands and instructions."""
+"""A decorator for records that a program has in large numbers, such as operands and instructions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 def record(cls: type[T]) -> type[T]:
     """Turn a class into a dataclass that type checkers treat as frozen.
 
-    A really frozen dataclass takes three times as long to create, since it calls `object.__setattr__` per
+    A truly frozen dataclass takes three times as long to create, since it calls `object.__setattr__` for each
     field.
 
     >>> @record

@@ -4,7 +4,7 @@
     -10..10 V      -10 to 10     -10.5 to 10.5
     4..20 mA       4 to 20       3.2 to 21          below 4 mA, as in an open circuit: under-range
 
-The over-range and under-range bits report a signal outside of the normal range; each also sets the channel's
+The over-range and under-range bits report a signal outside the normal range; each also sets the channel's
 status bit.
 
 Sources: 1769-UM002B, Compact I/O Analog Modules, tables 3.7 and 3.17 (ranges and formats), page 3-3 (bits);
@@ -50,7 +50,7 @@ class SignalRange:
 
     @property
     def landmarks(self) -> tuple[float, ...]:
-        """Test signals: ends and middle, just beyond the ends, and far beyond the ends."""
+        """Signals for tests: the ends and middle of the range, just beyond the ends, and far beyond."""
         step = (self.high - self.low) / 100
         middle_value = (self.low + self.high) / 2
         values = (self.low, self.high, middle_value, self.high + step, self.low - step)
@@ -77,7 +77,7 @@ RANGES: Mapping[str, SignalRange] = dict(
 
 
 def _raw(signal: Fraction, signal_range: SignalRange) -> int:
-    """Return the raw number, proportional to the signal; 32,767 is the end of the range."""
+    """Return a raw number proportional to the signal; 32,767 is the end of the range."""
     return int(signal / signal_range.most * FULL_RAW)
 
 
@@ -116,7 +116,7 @@ FORMATS: Mapping[str, Convert] = {
 }
 """Functions that convert a signal to a number, by data format.
 
-The numbers are proportional, thousandths of a V or mA, 0 to 16,383, or 0 to 10,000.
+The numbers are proportional, in thousandths of a V or mA, 0 to 16,383, or 0 to 10,000.
 """
 
 FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
@@ -143,9 +143,9 @@ class Channel:
         return min(max(word, self.word(self.range.least)), self.word(self.range.most))
 
     def signal_beyond(self, signal: Fraction) -> tuple[bool, bool]:
-        """Return whether a signal is above the normal range, and below it."""
+        """Return whether a signal is above the normal range, and whether it is below."""
         return signal > self.range.high, signal < self.range.low
 
     def word_beyond(self, word: int) -> tuple[bool, bool]:
-        """Return whether an output's raw number is above the normal range, and below it."""
+        """Return whether an output's raw number is above the normal range, and whether it is below."""
         return word > self.word(self.range.high), word < self.word(self.range.low)

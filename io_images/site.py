@@ -1,4 +1,4 @@
-"""A place in a user's program or file, for errors, faults and refusals; their texts are only for people."""
+"""A place in a user's program or file, for errors, faults and refusals; its texts are only for people."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ class Site:
 
     @property
     def where(self) -> str:
-        """File, line, routine and rung, as far as known."""
+        """The file, line, routine and rung that are known."""
         rung = "" if self.rung is None else f", {self.place}"
         routine = f"routine {self.routine}{rung}" if self.routine else ""
         return ": ".join(filter(None, (self.spot if self.file else "", routine)))
 
     @property
     def spot(self) -> str:
-        """File and line, such as `line.rung:12`; without a file, `line 12`."""
+        """File and line, such as `line.rung:12`; `line 12` if the file is unknown."""
         if self.file:
             return f"{self.file}:{self.line}" if self.line else self.file
         return f"line {self.line}"
@@ -70,7 +70,7 @@ class SiteError(ValueError):
 
     @classmethod
     def at(cls, site: Site, reason: str) -> Self:
-        """Return an error at a site; its text begins with file and line."""
+        """Return an error at a site; its text begins with the file and line."""
         error = cls(f"{site.spot}: {reason}", site)
         error.reason = reason
         return error
@@ -82,7 +82,7 @@ class SiteError(ValueError):
 
 
 class SettingError(SiteError):
-    """The value of a parameter, or of a key in a table, is not allowed."""
+    """The value of a parameter or a table's key is not allowed."""
 
     def __init__(self, key: str, text: str) -> None:
         super().__init__(text, Site(key=key))

@@ -1,4 +1,4 @@
-"""Static HTML pictures for notebooks, without scripts and external files, in the colors of the page."""
+"""Static HTML pictures for notebooks, without scripts or external files, in the page's colors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CELL = "padding:1px 8px;text-align:{}"
 
 
 def card(title: str, *parts: str) -> str:
-    """Return a frame with a title as text, and parts as HTML."""
+    """Return a frame with a plain-text title and HTML parts."""
     return f'<div style="{_CARD}"><b>{escape(title)}</b>{"".join(parts)}</div>'
 
 
@@ -28,7 +28,7 @@ def chips(bits: Iterable[tuple[str, bool]]) -> str:
 
 
 def rows(table: Iterable[Sequence[str]]) -> str:
-    """Return a table of texts; the first column is aligned left, the others right."""
+    """Return a table of texts with the first column left-aligned and the others right-aligned."""
     html = []
     for row in table:
         cells = (
@@ -40,7 +40,7 @@ def rows(table: Iterable[Sequence[str]]) -> str:
 
 
 def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:
-    """Return a picture with numbers as a line; `width` and `height` are pixels."""
+    """Return a line chart of numbers; `width` and `height` are in pixels."""
     lowest, span = min(values), max(max(values) - min(values), 1)
     x_step, y_step = width / max(len(values) - 1, 1), (height - 12) / span
     points = " ".join(

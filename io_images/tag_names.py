@@ -1,11 +1,11 @@
-r"""Names of a program's tags in all notations.
+r"""Names of a program's tags, in all notations.
 
     Run, Fill.ACC              a tag of the controller, a member
     \Main.Step                 a tag of a program; `Program:Main.Step` is the same
-    Step                       the same, if no other program, and not the controller, has a Step
+    Step                       the same, if neither the controller nor any other program has a Step
     Ps[1].Count, Grid[1,2]     an element; B[34] of a list
     Word.3                     a bit
-    N7:3, T4:0.ACC, T4:0/DN    an element of an SLC's file, a member or bit of it
+    N7:3, T4:0.ACC, T4:0/DN    an element of an SLC data file, or a member or bit of the element
     B3:1/4, B3/20              a bit of a file; the second form numbers bits from the file's beginning
 
 Case does not matter. A recorded array has one name for all of its elements: `B`, or `Ps[0..2].Count` if
@@ -39,7 +39,7 @@ class AmbiguousNameError(ValueError):
 
 
 def normal(text: str) -> str:
-    r"""Return a name in the form of rungs: a program with a backslash, and a file's bit by its element.
+    r"""Return a name as rungs write it: a program with a backslash, and a file's bit by its element.
 
     >>> print(normal("Program:Main.Step"), normal("B3/20"), normal(r"\Main.Step"))
     \Main.Step B3:1/4 \Main.Step
@@ -86,7 +86,7 @@ def _key_of_step(step: re.Match[str]) -> str:
 
 
 def in_scope(text: str, known: Iterable[str]) -> str:
-    r"""Return a name with its program, which is added if it is missing.
+    r"""Return a name with its program, adding the program if it is missing.
 
     >>> in_scope("Step.3", ["Run", r"\Main.Step"]), in_scope("Run", ["Run", r"\Main.Run"])
     ('\\Main.Step.3', 'Run')
@@ -152,7 +152,7 @@ def element_of(name: str, index: int) -> str:
 
 
 class NamesByPattern:
-    """Names, found by patterns with `*` and `?` that match a name, or its part before a dot or a subscript.
+    """Finds names by patterns with `*` and `?`, which match a name or its part before a dot or subscript.
 
     >>> names = NamesByPattern(["Fill.ACC", "Fill.PRE", "Level"])
     >>> names.indexes("Fill"), names.indexes("Fi"), names.indexes("*.acc"), names.indexes("*el")

@@ -1,8 +1,8 @@
-"""Limits of untrusted texts, checked before a parser reads them.
+"""Limits for untrusted texts, checked before a parser reads them.
 
-Some texts take a parser far more time than their size suggests: a TOML key with many parts, nested brackets,
-a long run of blanks where a pattern tries each length. This check takes time in proportion to the size, and
-refuses such texts. The size of a file is limited when it is read, see `input_files`.
+Parsing some texts takes far more time than their size suggests: a TOML key with many parts, nested brackets,
+or a long run of spaces that a pattern tries at each length. This check takes time proportional to the size
+and refuses such texts. The size of a file is limited when it is read, see `input_files`.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.EXPORT: TextLimits(64 * MIB),
     TextKind.RESULT: TextLimits(256 * MIB, nesting=16),
 }
-"""Limits by language. Here Python and exports are limited only in size; their parsers have further limits."""
+"""Limits by language. Python and exports are limited only in size here; their parsers have other limits."""
 
 DIGITS_MAX = 4300
 """Maximum decimal digits of a number that Python converts; see `sys.get_int_max_str_digits`."""
@@ -91,7 +91,7 @@ _COMMENTS_AND_STRINGS: Mapping[TextKind, str] = {
     TextKind.STATE: _JSON,
     TextKind.RESULT: _JSON,
 }
-"""Patterns of comments and strings; no alternative backtracks far."""
+"""Patterns for comments and strings; no alternative backtracks far."""
 
 
 @cache
@@ -150,7 +150,7 @@ SHOWN = 2_000
 
 
 def shortened(text: str, most: int = SHOWN) -> str:
-    """Return a text; a text longer than `most` is truncated, and its length is added.
+    """Return a text; if it is longer than `most`, truncate it and append its length.
 
     >>> shortened("short"), shortened("a" * 5_000_000, 5)
     ('short', 'aaaaa... (5,000,000 characters)')

@@ -1,11 +1,11 @@
-"""The thousands codec, which splits wide values into two decimal words, MSW and LSW.
+"""Splits wide values into two decimal words, an MSW of thousands and an LSW, and joins them.
 
 A value that needs more than 16 bits crosses the backplane as two words:
 
     value = 1000 * MSW + LSW
 
-The MSW has the thousands, the LSW the ones, tens and hundreds; a negative
-value makes both words negative independently [3601 manual r3.1, Module Overview].
+The MSW has the thousands, and the LSW the ones, tens and hundreds; if the value is negative, each nonzero
+word is negative [3601 manual r3.1, Module Overview].
 
     value     MSW   LSW
     -12,345   -12   -345
@@ -16,9 +16,8 @@ value makes both words negative independently [3601 manual r3.1, Module Overview
 
 Parameters that the PLC sends are checked: an LSW beyond 999 or words of
 opposite signs are illegal [chapter 5 notes 3 to 5; chapter 6, Command
-Error 4]. What the module reports is not limited to the parameter range: up to
-65,535,999 all 16 bits of the MSW are the thousands, so it is read as negative
-above 7FFFh [chapter 6, Current Position].
+Error 4]. What the module reports is not limited to the parameter range: up to 65,535,999, all 16 bits of the
+MSW are the thousands, so an MSW above 7FFFh reads as negative [chapter 6, Current Position].
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ _MSW_SPAN = 65_536
 
 
 def is_legal_pair(msw: int, lsw: int) -> bool:
-    """Return whether two words are a legal value: |LSW| <= 999, and without opposite signs.
+    """Return whether two words are a legal value: |LSW| <= 999, and no opposite signs.
 
     The printed sign rule ("one word negative and the other not zero and
     positive") can only mean words of opposite signs, since the manual's own
@@ -97,7 +96,7 @@ def join_thousands(msw: int, lsw: int) -> int:
 def split_reported(value: int) -> tuple[int, int]:
     """Split a reported position or count into (MSW, LSW) words; large values wrap, as in the module.
 
-    The MSW is the low 16 bits of the signed thousands, the LSW the remainder
+    The MSW is the low 16 bits of the signed thousands, and the LSW is the remainder
     with the sign of the value [chapter 6, Current Position].
 
     >>> split_reported(-345), split_reported(32_767_999), split_reported(32_768_000)
@@ -128,7 +127,7 @@ def join_reported(msw: int, lsw: int) -> int:
     """Join reported words into the value; the inverse of `split_reported` up to 32,767,999.
 
     Beyond that the sign of the LSW distinguishes a wrapped MSW from a negative value.
-    With an LSW of 0 it cannot; then the value that is not wrapped is returned.
+    If the LSW is 0, its sign can't show this, and the unwrapped value is returned.
 
     >>> join_reported(-1, 999), join_reported(-1, -999), join_reported(16_777, 214)
     (65535999, -1999, 16777214)
@@ -141,7 +140,7 @@ def join_reported(msw: int, lsw: int) -> int:
 
 
 def join_reported_all(msw: NDArray[np.int16], lsw: NDArray[np.int16]) -> NDArray[np.float64]:
-    """Join columns of reported words into values, as `join_reported` does for one.
+    """Join columns of reported words into values, as `join_reported` does for a single pair.
 
     >>> import numpy as np
     >>> join_reported_all(np.array([-1, -1, 16], np.int16), np.array([999, -999, 214], np.int16)).tolist()

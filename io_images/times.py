@@ -1,8 +1,8 @@
 """Reads and writes times as text, for rack files, queries, programs, options and messages.
 
 A time is a decimal number with a unit, such as `10 s`, `1.5ms` or `250 us`: digits with or without a
-fraction, optional spaces, and a unit of `UNITS_NS`. Spaces around it are ignored. It is a whole number of
-nanoseconds, at most `LONGEST_NS`; nothing is rounded.
+fraction, optional spaces, and a unit of `UNITS_NS`. Spaces around a time are ignored. A time must be a whole
+number of nanoseconds, at most `LONGEST_NS`; nothing is rounded.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TIME = rf"{_NUMBER}\s*(?:{_UNIT})"
 """Pattern of a time, for use in grammars."""
 
 DEFAULT_RUN = "10 s"
-"""Default machine time of a run in virtual time."""
+"""Default length of a run in virtual time."""
 
 _TIME = re.compile(rf"({_NUMBER})\s*({_UNIT})")
 _EXACT = Context(prec=100, traps=[Clamped, Inexact, InvalidOperation, Overflow])
@@ -75,7 +75,7 @@ def parse_duration(text: str) -> int:
 
 
 def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
-    """Convert a number in a unit to ns; a float counts as its shortest decimal.
+    """Convert a number in a unit to ns; a float is taken as its shortest decimal.
 
     >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(600, "s"), exact_ns(0.1, "ms")
     (250000, 600000000000, 100000)
@@ -101,7 +101,7 @@ def _whole_ns(number: Decimal, unit: str, name: str) -> int:
 
 
 def time_text(time_ns: int) -> str:
-    """Return a time as exact text for `parse_time`, in the largest of s, ms, µs and ns that is not longer.
+    """Return a time as exact text for `parse_time`, in the largest unit that makes the text no longer.
 
     >>> time_text(9_422_000_000), time_text(250_000), time_text(400), time_text(0)
     ('9.422 s', '250 µs', '400 ns', '0 s')
@@ -120,7 +120,7 @@ def seconds(time_ns: int) -> str:
 
 
 def seconds_column(time_ns: int) -> str:
-    """Return a time like `seconds`, but with at least three decimals, for a column.
+    """Return a time as `seconds` does, but with at least three decimals, for use in a column.
 
     >>> seconds_column(12_000_000), seconds_column(1_000_250_000)
     ('0.012', '1.00025')

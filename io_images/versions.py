@@ -1,4 +1,4 @@
-"""Versions of distributions, without `importlib.metadata`, which would import all of `email`."""
+"""Finds versions of distributions without `importlib.metadata`, which would import all of `email`."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ UNKNOWN = "unknown"
 def distribution_version(distribution: str) -> str:
     """Return the version of a distribution; "unknown" if it is not installed.
 
-    If scanrack's files are those of a checkout, its version is the checkout's, whatever is installed.
-    `importlib.metadata` is used only for distributions in no folder of `sys.path`, as in a zip file.
+    If scanrack runs from a checkout, its version is that of the checkout, whatever is installed.
+    `importlib.metadata` is used only for distributions that are not in a folder of `sys.path`, such as those
+    in a zip file.
 
     >>> distribution_version("no such distribution")
     'unknown'
@@ -40,7 +41,7 @@ def distribution_version(distribution: str) -> str:
 
 
 def own_project() -> dict[str, Any] | None:
-    """Return the table `project` of the checkout's `pyproject.toml`; None if the installed files are used."""
+    """Return the `project` table of the checkout's `pyproject.toml`; None if scanrack is installed."""
     folders = sys.modules["scanrack"].__path__
     if len(folders) < 2:
         return None

@@ -1,8 +1,8 @@
 """Makes control characters visible, for terminals and pages.
 
 Names, messages and metadata come from files and serial lines. An escape sequence in them could move
-the cursor, overwrite earlier output, or type at the prompt; an override of the writing
-direction reverses a name. Therefore a character without a visible form is printed as a Python escape.
+the cursor, overwrite earlier output, or type at the prompt; a text direction override could reverse a name.
+Therefore a character without a visible form is printed as a Python escape.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 
 
 def visible(text: str, keep: str = LAYOUT) -> str:
-    r"""Return a text with control characters made visible.
+    r"""Return text with its control characters made visible.
 
     >>> visible("\x1b[2Jline\u202e\n")
     '\\x1b[2Jline\\u202e\n'

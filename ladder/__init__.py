@@ -1,7 +1,8 @@
-"""Ladder logic: rungs in Python or as text, checked, compiled, interpreted, drawn and debugged.
+"""Ladder logic: checks, compiles, interprets, draws and debugs rungs that are written in Python or text.
 
-A program is declared tags and routines (`Program`); a controller is tags that its programs share, and
-tasks (`Controller`). Both run in a scan. A package imports only from the packages above it in this table:
+A program consists of declared tags and routines (`Program`). A controller consists of tags that its programs
+share, and of tasks (`Controller`). Both run in a scan. A package imports only from the packages above it in
+this table:
 
 | package | content |
 |---|---|
@@ -20,14 +21,14 @@ To add an instruction:
 
 1. In its family's file in `instructions/`, write its row and the functions that the row names.
    `spec.Spec` documents their arguments and results, and has the fields that drawings and structured text
-   use. A rare instruction needs no `write`: without it, the compiled program calls `run`.
+   use. A rare instruction does not need `write`; without it, the compiled program calls `run`.
 2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
 3. `python -m tests.tools.generate` adds its name to `docs/instructions.md`.
 
 `tests/unit/ladder/test_ladder_instruction_rows.py` reports a missing step. Random programs include the
-instruction automatically, from the uses of its operands: see `tests/support/ladder_programs.py`.
+instruction automatically, based on the uses of its operands; see `tests/support/ladder_programs.py`.
 
-If an operand is used in a new way, add a member to `spec.Use` and its row to `operand_checks.OPERAND_CHECKS`.
+If an operand is used in a new way, add a member to `spec.Use` and a row to `operand_checks.OPERAND_CHECKS`.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ hooks.rung_svg, hooks.ask = _rung_svg, _ask
 
 
 def __getattr__(name: str) -> object:
-    """Import a name when it is first used: a program in Python needs no rungs."""
+    """Import a name when it is first used, since a program in Python needs no rungs."""
     if name == "__all__":
         return __dir__()
     value = imported_from(_HOMES.get(name, ".instructions" if name.isupper() else f".{name}"), name, __name__)

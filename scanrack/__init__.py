@@ -157,7 +157,7 @@ _known_homes: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Return the module and the name in that module of each public name, read from the imports above."""
+    """Return, for each public name, its module and its name there, as read from the imports above."""
     if not _known_homes:
         import re
 

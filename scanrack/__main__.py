@@ -1,4 +1,4 @@
-"""The `scanrack` command and `python -m scanrack`; neither imports modules from the current folder."""
+"""The `scanrack` command and `python -m scanrack`; neither one imports modules from the current folder."""
 
 import gc
 import sys
@@ -13,10 +13,11 @@ ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if
 
 
 def main() -> None:
-    """Run the `scanrack` command, see `commands.main`.
+    """Run the `scanrack` command; see `commands.main`.
 
     A signal during the import, which takes 0.1 s, ends the command with the same message as a later signal.
-    A signal after its end does not change the status: a terminal that is closed sends SIGHUP twice.
+    A signal after the command has ended does not change the status, because a closed terminal sends SIGHUP
+    twice.
     """
     gc.set_threshold(20_000)  # by default, the import runs 80 garbage collections over thousands of objects
     handled = [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN]  # nohup ignores

@@ -6,8 +6,8 @@
 
     pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage --scanrack-debug
 
-A failed test leaves the recording of each of its benches. Its report explains the values of the tags of the
-failure, and has the command that opens the recording at the last scan. The plugin imports nothing else of
+A failed test leaves a recording of each of its benches. Its report explains the values of the tags in the
+failure, and gives the command that opens the recording at the last scan. The plugin imports nothing else from
 scanrack before a test uses a fixture.
 """
 
@@ -33,7 +33,7 @@ _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 ARTIFACTS = pytest.StashKey["TestArtifacts"]()
 
 RUNNING = pytest.StashKey[bool]()
-"""Key of whether the function of a test is running; a report during this time is from a subtest."""
+"""Key for whether the function of a test is running; a report during this time is from a subtest."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

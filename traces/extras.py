@@ -1,4 +1,4 @@
-"""Imports optional libraries; the error for a missing library names the command that installs it."""
+"""Imports optional libraries; if one is missing, the error names the command that installs it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class MissingExtraError(ImportError):
 
 
 def need(module: str, extra: str) -> ModuleType:
-    """Import a library of an extra.
+    """Import a library that an extra provides.
 
     >>> need("json", "plot").__name__
     'json'

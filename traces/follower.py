@@ -79,7 +79,7 @@ class Follower:
     def comparison(self) -> Comparison:
         """Return the comparison, with the recording first and the replay second.
 
-        A replay that ended early, without a call of `stop`, is compared as a shorter recording.
+        A replay that ended early without a call to `stop` is compared as a shorter recording.
         """
         slots, recorded = self._recording.slots, self._recording.scans.chunks()
         comparison = compare_parts(
@@ -106,7 +106,7 @@ class Follower:
 
 
 def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
-    """Yield the chunks up to the first `count` scans."""
+    """Yield chunks with only the first `count` scans."""
     for columns in chunks:
         yield columns.rows(0, count)
         count -= len(columns.scan)

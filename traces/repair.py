@@ -1,11 +1,12 @@
-"""Repairs a trace that is damaged or has no end: copies whole records, and rebuilds the indexes and the end.
+"""Repairs a trace that is damaged or has no end, by copying complete records and rebuilding the rest.
 
     head | chunk | index | chunk | index | chu                      the process was killed here
     head | chunk | index | chunk | index | summary | footer         after repair
 
-Whole records are copied unchanged. A trace that only lacks its end therefore becomes identical to a
-complete recording. The repaired trace is written beside the original and flushed to the disk, and only
-then replaces it. The original is kept, unless the repaired trace begins with all of it except a torn end.
+Complete records are copied unchanged. The indexes and the end are rebuilt. A trace that only lacks its end
+therefore becomes identical to a complete recording. The repaired trace is written beside the original and
+flushed to the disk, and only then replaces it. The original is kept, unless the repaired trace begins with
+all of it except a torn end.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class Repair:
 
     @property
     def damaged(self) -> int:
-        """Number of chunks and other records that were left out as unreadable."""
+        """Number of chunks and other records that were omitted as unreadable."""
         return sum(isinstance(note, Damage) for note in self.notes)
 
 
@@ -83,12 +84,12 @@ def repair(
     all of it, except a chunk that was cut off.
 
     Args:
-        path: the trace, of scans or of a serial line.
+        path: the trace of scans or of a serial line.
         output: path of the repaired trace; None to replace the trace.
-        progress: called at each record with the number of bytes read since the last call.
+        progress: called for each record with the number of bytes read since the last call.
 
     Raises:
-        TraceError: the file is not a trace, or of an unknown version; see `open_trace`.
+        TraceError: the file is not a trace, or has an unknown version; see `open_trace`.
         OwnedError: the file to replace is not a recording, or is being recorded.
         OSError: the repaired trace can't be written. The original is unchanged.
     """
@@ -131,7 +132,8 @@ def _header(records: Records) -> Header:
 def _index_defects(trace: Records, rewritten: Path, path: Path) -> list[str]:
     """Return the defects of the indexes and the end of a trace whose messages are all readable.
 
-    Our own trace must equal the rewritten one. The reader of `mcap` checks the trace of another writer.
+    A trace that we wrote must equal the rewritten one. For other writers' traces, the `mcap` reader does the
+    check.
     """
     if _header(trace).library.startswith(LIBRARY):
         is_same_size = rewritten.stat().st_size == path.stat().st_size
@@ -147,7 +149,7 @@ def _index_defects(trace: Records, rewritten: Path, path: Path) -> list[str]:
 
 
 def _replace_trace(draft: Draft, path: Path, original: Path | None) -> None:
-    """Replace the target by the repaired trace; first give the old trace the name `original`, unless None."""
+    """Replace the target with the repaired trace; first name the old one `original` unless it is None."""
     shutil.copymode(path, draft.path)
     if original is not None:
         _add_name(path, original)
@@ -175,7 +177,7 @@ def _free_name(path: Path) -> Path:
 
 
 class Rewriter:
-    """Copies the whole records of a trace, and writes a new end."""
+    """Copies the complete records of a trace, and writes a new end."""
 
     def __init__(self, trace: Records, file: IO[bytes], progress: Callable[[int], None]) -> None:
         self._trace, self._file, self._progress = trace, file, progress
@@ -203,7 +205,7 @@ class Rewriter:
         return self._result
 
     def _data_records(self) -> Iterator[Span]:
-        """Yield the records before the end of the data: the first DataEnd that no message follows."""
+        """Yield the records before the data's end, which is the first DataEnd that no message follows."""
         last_section = max(self._sections, default=0)
         for span in self._trace.spans:
             if span.opcode == Opcode.DATA_END and span.offset > last_section:
@@ -226,7 +228,7 @@ class Rewriter:
         self._crc = zlib.crc32(data, self._crc)
 
     def _copy_record(self, span: Span) -> None:
-        """Copy a record; leave it out and note it if it is damaged."""
+        """Copy a record; if it is damaged, skip it and note it."""
         section = self._sections.get(span.offset)
         if section is not None:
             self._copy_section(section)
@@ -241,7 +243,7 @@ class Rewriter:
                 self._write(self._trace.raw(span))
 
     def _write_checksummed(self) -> None:
-        """Write all schemas and channels of the checksummed summary at the first call."""
+        """On the first call, write all schemas and channels of the checksummed summary."""
         for record in self._unwritten_checksummed:
             self._write(encoded(record))
             self._summary.register(record)
@@ -283,7 +285,7 @@ class Rewriter:
         self._write(content + self._summary.chunk(start, len(content), chunk, entries))
 
     def _entries(self, parts: Sequence[Part]) -> dict[int, Entries]:
-        """Return times and offsets of messages by channel; add schemas and channels to the summary."""
+        """Return the times and offsets of messages by channel; add schemas and channels to the summary."""
         entries: dict[int, Entries] = {}
         for part in parts:
             content = part.content
@@ -299,7 +301,7 @@ class Rewriter:
 
 
 def _time_bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
-    """Return the least and the greatest time of messages; both 0 if there are none."""
+    """Return the earliest and the latest time of messages; both 0 if there are none."""
     times = [np.frombuffer(entry, np.uint64)[::2] for entry in entries.values()] or [np.zeros(1, np.uint64)]
     return min(int(stamps.min()) for stamps in times), max(int(stamps.max()) for stamps in times)
 
@@ -330,4 +332,4 @@ _NOT_COPIED = frozenset({Opcode.MESSAGE, Opcode.MESSAGE_INDEX, Opcode.FOOTER, Op
     Opcode.SUMMARY_OFFSET,
     DRAFT,
 }
-"""Records that are rebuilt, or copied with their section."""
+"""Types of records that are rebuilt or copied with their section."""

@@ -17,7 +17,7 @@ from .read.packed import PackedScans, memory_blocks
 from .read.reader import Trace, TraceEvent
 
 Image = tuple[int, str]
-"""An image of a scan: number of the slot, "in" or "out"."""
+"""An image in a scan, as the slot number and "in" or "out"."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class PackedTrace:
         """Read a trace.
 
         Args:
-            more: scans that may not be in the file yet; duplicates of scans in the file are left out.
+            more: scans that may not be in the file yet; duplicates of scans in the file are omitted.
 
         Raises:
             TraceError: the file can't be read, even without its damaged parts.
-            ValueError: it has no scans.
+            ValueError: the trace has no scans.
         """
         scans, events = PackedScans(trace.head.layout.words), list[TraceEvent]()
         for columns, new_events in column_chunks_and_events(trace):
@@ -53,7 +53,7 @@ class PackedTrace:
 
     @property
     def columns(self) -> Columns:
-        """All its scans as columns, unpacked."""
+        """All scans of the trace as columns, unpacked."""
         return self.scans.columns()
 
     @cached_property
@@ -73,7 +73,7 @@ class PackedTrace:
 
     @cached_property
     def distinct_flags(self) -> frozenset[int]:
-        """All values of the CPU's flags in any scan."""
+        """All values that the CPU's flags have in any scan."""
         return frozenset(flag for chunk in self.scans.chunks() for flag in np.unique(chunk.flags).tolist())
 
     @property
@@ -88,9 +88,9 @@ class PackedTrace:
 
     @cached_property
     def layout(self) -> MemoryLayout:
-        """The places of the images in the memory block."""
+        """The locations of the images in the memory block."""
         return block_layout(self.slots)
 
     def span(self, image: Image) -> slice:
-        """Return the bytes of an image in the memory block; raise a KeyError for an unknown slot."""
+        """Return the byte range of an image in the memory block; raise a KeyError for an unknown slot."""
         return self.layout.places[image[0]].image(image[1])

@@ -9,9 +9,8 @@ mode, as selected by bit 15 of word 0:
 
 Each has a method `to_image`, whose exact inverse is `from_image` or `decode`.
 
-A configuration with external input, home switch, emergency stop and both end
-limits, all active high, step and direction outputs and a starting speed of
-12,345 steps/s [chapter 3]:
+A configuration with external input, home switch, emergency stop and both end limits (all active high), step
+and direction outputs, and a starting speed of 12,345 steps/s [chapter 3]:
 
 >>> from scanrack.io_images import Image
 >>> configuration = Configuration.from_image(Image([0x843E, 0x003F, 12, 345]))
@@ -26,7 +25,7 @@ Image([2, 0, -12, 0, 5, 0, 20, 10])
 >>> view.MOVE_COMPLETE, view.position
 (True, -12000)
 
-The rule table has the reason of a refusal:
+The rule table has the reason for a refusal:
 
 >>> RULES["CMD-06"].text
 'An absolute move was commanded while the current position was not valid.'

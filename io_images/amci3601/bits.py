@@ -1,4 +1,4 @@
-"""Bits of the 3601's command and status words, by this project's names.
+"""Bits of the 3601's command and status words, with this project's names.
 
 The names of the status bits are public: traces, `scanrack drive` and tag
 addresses use them as they are.
@@ -136,7 +136,7 @@ ERROR_BITS = (
 """Error bits of input word 0."""
 
 COMPLETION_BITS = StatusMsw.MOVE_COMPLETE | StatusMsw.STOPPED | StatusMsw.HOLD_STATE | StatusMsw.AT_HOME
-"""Results of a motion; at most one of them is set [chapter 6, The Stopped Bit]."""
+"""Bits that report the result of a motion; at most one is set [chapter 6, The Stopped Bit]."""
 
 
 def status_names(word0: int, word1: int) -> list[str]:
@@ -165,7 +165,7 @@ _LSW_MASKS = tuple((str(bit.name), bit.value) for bit in StatusLsw)
 
 
 PROFILE_BITS: Mapping[str, int] = {"ConfigError": 13, "ModuleOK": 14, "ConfigMode": 15}
-"""Bits of input word 0 with a name in the profile of RSLogix 5000 V20 [chapters 3 and 4].
+"""Bits of input word 0 that the RSLogix 5000 V20 profile names [chapters 3 and 4].
 
-Only these three mean the same in configuration mode and in command mode.
+Only these three bits have the same meaning in configuration mode and command mode.
 """

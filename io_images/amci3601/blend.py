@@ -11,10 +11,10 @@
     7     0                               0
 
 The module reads a block when bit 9 of word 1 rises and answers with BLEND_ACK.
-Clearing bit 9 alone (word 1 = 0100h) makes it drop BLEND_ACK and wait for the
-next block; clearing bit 8 as well ends the programming.
+Clearing only bit 9 (word 1 = 0100h) makes the module clear BLEND_ACK and wait for the next block. Clearing
+bit 8 as well ends programming.
 
-Only words that are written here can be read here; the module accepts more (reading A-60).
+These classes read only words that they can write; the module accepts others too (reading A-60).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The 3601's commands: eight output words in command mode, and their meaning.
+"""The 3601's commands: the eight output words in command mode and their meanings.
 
     word  meaning
     0     command MSW: at most one bit
@@ -8,9 +8,8 @@
     6     acceleration, steps/ms/s
     7     deceleration, steps/ms/s
 
-`to_image` and `decode` are exact inverses. `decode` is strict: it
-refuses words that the module would refuse, and also words with bits that the module
-would ignore. `Parameters.read` accepts any words.
+`to_image` and `decode` are exact inverses. `decode` is strict: it refuses words that the module would refuse,
+and also words with bits that the module would ignore. `Parameters.read` accepts any words.
 """
 
 from __future__ import annotations
@@ -35,8 +34,8 @@ class Idle:
     """No command.
 
     Attributes:
-        rest: words 1 to 7, which have no meaning here. Clearing word 0 stops a manual move, so they need not
-            be 0, except bits 7 to 10 of word 1, which are commands.
+        rest: words 1 to 7, which the module ignores. They need not be 0, because a program may stop a manual
+            move by clearing only word 0. Bits 7 to 10 of word 1 are commands and must be 0.
     """
 
     rest: tuple[int, ...] = (0,) * 7
@@ -125,7 +124,7 @@ class ResetErrors:
 
 @dataclass(frozen=True, slots=True)
 class StoreMinimumRegistration:
-    """Store the initial distance in which a registration move ignores its input (firmware 3.1).
+    """Store the initial distance over which a registration move ignores its input (firmware 3.1).
 
     >>> StoreMinimumRegistration(12_345).to_image()
     Image([0, 1024, 12, 345, 0, 0, 0, 0])
@@ -156,7 +155,7 @@ Command = (
     | Follower
     | StoreMinimumRegistration
 )
-"""Commands in eight output words; the blocks of blend programming are in `blend`."""
+"""All commands in command mode, except the blend programming blocks, which are in `blend`."""
 
 
 _Reader = Callable[[Sequence[int], Limits], Command]

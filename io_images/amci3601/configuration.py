@@ -1,4 +1,4 @@
-"""The 3601's configuration: eight output words in configuration mode, and their rules.
+"""The 3601's configuration: the eight output words in configuration mode and their rules.
 
     word  meaning                        legal values
     0     configuration bits MSW         `ConfigMsw`; bits 7, 11, 13, 14 are 0
@@ -6,8 +6,7 @@
     2, 3  starting speed in thousands    1 to 1,000,000 steps/s, LSW 0 to 999
     4..7  unused                         0
 
-Four selections of home switch, backplane proximity and marker can home the
-axis [chapter 3, item 10]:
+Four combinations of home switch, backplane proximity and marker can home the axis [chapter 3, item 10]:
 
     home switch  backplane proximity  marker  kind
     1            0                    0       HOME_SWITCH
@@ -67,15 +66,16 @@ class Configuration:
         active_high: mask of `InputBit`, the inputs that are active when energized. Bits of
             unused inputs are legal, but have no effect (reading A-14).
         backplane_proximity: command LSW bit 12 acts as home proximity.
-        quadrature_encoder: an encoder is counted; required for marker homing.
-        diagnostic_feedback: the module counts its own pulses; excludes the encoder.
+        quadrature_encoder: a quadrature encoder is used; required for marker homing.
+        diagnostic_feedback: the module counts its own pulses; not allowed together with the encoder.
         step_and_direction: pulse and direction outputs instead of CW and CCW pulses.
         marker_home: the encoder's marker pulse is home.
-        starting_speed: 1 to 1,000,000 steps/s; every move begins and ends at it.
+        starting_speed: 1 to 1,000,000 steps/s; every move begins and ends at this speed.
         limits: limits of the module.
 
     Raises:
-        ValueError: a mask is out of range, or a rule of chapter 3 for the newest firmware is broken.
+        ValueError: a mask is out of range, or the configuration breaks a chapter 3 rule for the newest
+        firmware.
     """
 
     inputs_used: int
@@ -114,7 +114,7 @@ class Configuration:
     def from_image(
         cls, image: Image, firmware: Firmware = FW_4_1, limits: Limits = LIMITS_3601
     ) -> Configuration:
-        """Read an output image in configuration mode; raise a ValueError if it breaks rules."""
+        """Read an output image in configuration mode; raise a ValueError if it breaks any rule."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: a configuration has bit 15 set")
@@ -134,7 +134,7 @@ class Configuration:
 
     @property
     def homing(self) -> HomingKind:
-        """Its homing signals."""
+        """The homing signals of this configuration."""
         home_switch = bool(self.inputs_used & InputBit.HOME.value)
         return HomingKind((home_switch, self.backplane_proximity, self.marker_home))
 
@@ -176,7 +176,7 @@ INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware, Limi
     ("CFG-11", lambda w, *_: any(w[4:8])),
     ("CFG-29", lambda w, fw, _: _capture_alone(w[0]) and not fw.capture_without_encoder),
 )
-"""Rules with functions that say if words break them [chapter 3, Invalid Configurations]."""
+"""Rule ids with functions that return whether words break the rule [chapter 3, Invalid Configurations]."""
 
 
 def _all(word: int, mask: int) -> bool:

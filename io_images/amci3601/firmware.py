@@ -1,4 +1,4 @@
-"""Firmware versions of the 3601 with their features.
+"""Firmware versions of the 3601 and their features.
 
     version   from serial   new feature
     2.0       -             the initial release
@@ -7,8 +7,8 @@
     3.1       96317         registration moves [chapter 4, Registration Move]
     4.1       04060162      encoder follower [chapter 4, Encoder Follower Function]
 
-A serial number is only another name for a version. Serial numbers of the new format have a leading zero and
-are compared as numbers (reading A-67).
+A serial number is just another way to specify a version. Serial numbers of the new format have a leading zero
+and are compared as numbers (reading A-67).
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Firmware:
 
     @property
     def capture_without_encoder(self) -> bool:
-        """Whether capture works without a configured encoder, and stores the position (from 2.1)."""
+        """Whether capture works without a configured encoder, storing the position (from 2.1)."""
         return self >= FW_2_1
 
     @property

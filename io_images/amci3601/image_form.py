@@ -1,4 +1,4 @@
-"""Modules of the 3601 family with the words of a 3601 in other places, or with another number format.
+"""Modules of the 3601 family whose words are in different places or use a different number format.
 
 3601   status, status, position, position, encoder, encoder, captured, captured     thousands
 3401   status, status, position, position                          [3401 manual 2.0, page 34]
@@ -32,7 +32,7 @@ class ImageForm:
     """The layout of a module's images, compared with a 3601's.
 
     Attributes:
-        inputs: names of the input words, as of a 3601; any other name is a word that is always 0.
+        inputs: names of the input words, as on a 3601; a word with any other name is always 0.
         numbers: the format of two-word values.
 
     Raises:
@@ -59,7 +59,7 @@ class ImageForm:
         }
 
     def words(self, profile: Profile) -> ModuleWords:
-        """Return the words of a module with this form; names of bits move with their words.
+        """Return the words of a module with this layout; bit names move with their words.
 
         >>> words = ImageForm(("zero0", "zero1", "status_msw", "status_lsw")).words(WORDS_3601)
         >>> words.groups["status"]["MODULE_OK"]

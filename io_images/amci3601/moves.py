@@ -1,4 +1,4 @@
-"""Motion commands [chapter 4]; `command` has the other commands and the decoder of all commands."""
+"""Motion commands [chapter 4]; `command` has all other commands and the decoder for all commands."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ class FindHome:
 
 @dataclass(frozen=True, slots=True)
 class Manual:
-    """A manual move, as long as its bit is set; with `registration` a registration move.
+    """A manual move, which runs while its bit is set; with `registration`, a registration move.
 
     >>> Manual(Direction.CW, 5_000, 20, 10).to_image()
     Image([128, 0, 0, 0, 5, 0, 20, 10])

@@ -1,6 +1,6 @@
 """Output words 2 to 7 of command mode as numbers, and their ranges [chapter 5, notes 4 to 8].
 
-The minimum programmed speed of a module is the configured starting speed; this file only checks 1.
+The module's minimum programmed speed is its configured starting speed; this file only checks for at least 1.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousa
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest values of a module's commands, by default of a 3601.
+    """The largest values in a module's commands; the defaults are those of a 3601.
 
-    The only limit of distances is the range of their words, `thousands.PARAMETER_MAX`.
+    Distances are limited only by the range of their words, `thousands.PARAMETER_MAX`.
 
     >>> Limits().takes_speed(1_000_001), Limits(speed=2_000_000).takes_speed(1_000_001)
     (False, True)
@@ -87,5 +87,5 @@ def require_member(name: str, value: object, kind: type[Enum]) -> None:
 
 
 def _pair(msw: int, lsw: int) -> int | None:
-    """Return the value of two words; None if they are no legal pair."""
+    """Return the value of two words; None if they are not a legal pair."""
     return join_thousands(msw, lsw) if is_legal_pair(msw, lsw) else None

@@ -1,4 +1,4 @@
-"""The 3601's status: eight input words, in command mode and in configuration mode.
+"""The 3601's status: the eight input words in command mode and configuration mode.
 
     word  command mode                        configuration mode
     0     status MSW                          mirror, but bits 13 to 15 are status
@@ -10,7 +10,7 @@
 
 Bit 15 of word 0 is the mode. Bits 6, 11 and 13 to 15 of the status LSW are reserved and read 0.
 
-`Status` and `ConfigurationStatus` are the values of one image; `StatusView` reads its image at each access.
+`Status` and `ConfigurationStatus` have the values of one image; `StatusView` reads its image at each access.
 """
 
 from __future__ import annotations
@@ -186,7 +186,7 @@ def _bit(word: int, mask: int) -> bool:
 class StatusView:
     """The status bits and values of an input image, read at each access.
 
-    The attributes have the names of bits in traces and tag addresses. In configuration mode, most of the
+    Attributes have the same names as the bits in traces and tag addresses. In configuration mode, most of the
     image is a mirror: only MODE_CONFIG, MODULE_OK and CONFIG_ERROR can be true, and position, encoder and
     captured have no meaning.
 
@@ -208,7 +208,7 @@ class StatusView:
         return f"<StatusView {on_names}, position {self.position:,}>"
 
     def _repr_html_(self) -> str:
-        """Return the status for a notebook: its bits as chips, and the position."""
+        """Return the status as HTML for a notebook: its bits as chips, and the position."""
         from ..static_html import card, chips, line
 
         return card("3601", line(f"position {self.position:,}"), chips(self._bits()))

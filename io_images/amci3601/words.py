@@ -1,4 +1,4 @@
-"""The profile of a stepper module of the 3601's family: words, bits, errors, limits, rules.
+"""The profile of a stepper module in the 3601 family: words, bits, errors, limits, rules.
 
 Code that names words or bits, checks numbers, or quotes rules uses the `Profile` of the slot.
 """
@@ -35,7 +35,7 @@ from .rules import RULES, Rule
 from .status import StatusView, view_with
 
 Broken = Callable[[Sequence[int], Parameters], bool]
-"""Returns whether a move breaks a rule, from its eight signed output words and its parameters."""
+"""Returns whether a move with these eight signed output words and these parameters breaks a rule."""
 
 _PLACES_3601 = flag_places("I", StatusMsw, StatusLsw)
 _WORD = 0xFFFF
@@ -44,22 +44,22 @@ _REFUSED = (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile(ModuleWords):
-    """A module of the family: the words of a 3601, possibly with more bits, other limits and more rules.
+    """A module of the family: a 3601's words, possibly with more bits, different limits and more rules.
 
     Attributes:
         limits: the largest values in its commands.
         rules: its rules by id, including the rules of a 3601.
-        further_refusals: rules of absolute and relative moves that a 3601 lacks: id, and function that tests
-            a move.
+        further_refusals: rules for absolute and relative moves that a 3601 lacks: the id and a function that
+            tests a move.
         untold: names of the command bits that its manual does not explain; the module refuses each by name.
-        further: places of the status bits that a 3601 lacks, by name.
+        further: places of additional status bits, which a 3601 lacks, by name.
         further_errors: the errors among these bits, as a mask of `StatusBits`; Reset Errors clears them.
         refusals: ids of the rules that refuse a command; unrelated rules may fire in the same scan.
         masks: masks (`StatusBits`) of the status bits by name.
         view: the class that reads an input image by the names of these bits.
 
     Raises:
-        ValueError: a status bit is outside of words 0 and 1, a bit of a 3601 is in another place, a bit has
+        ValueError: a status bit is outside words 0 and 1, a 3601's bit is in a different place, a bit has
             two names, an error has no bit, or a refusal has no rule that sets a named bit.
     """
 
@@ -105,7 +105,7 @@ class Profile(ModuleWords):
                 raise ValueError(f"{self.message}: errors: no status bit {name!r}")
 
     def _check_refusals(self) -> None:
-        """Raise a ValueError for a refusal that sets no status bit, or a bit without a name."""
+        """Raise a ValueError if a refusal sets no status bit, or sets an unnamed bit."""
         named_bits = sum(self.masks.values())
         for rule, _ in self.further_refusals:
             if rule not in self.rules:
@@ -179,7 +179,7 @@ def may_be_stepper(words: ModuleWords) -> bool:
 
 
 def profile_of(words: ModuleWords) -> Profile:
-    """Return the profile of a module that may be a stepper; without names it has a 3601's profile."""
+    """Return the profile of a module that may be a stepper; with unnamed words, that of a 3601."""
     return words if is_stepper(words) else WORDS_3601
 
 
@@ -189,7 +189,7 @@ def family_facts(profile: Profile) -> dict[str, object]:
 
 
 def recorded_profile(message: str, groups: Groups, facts: Mapping[str, Any]) -> Profile:
-    """Return the profile of a recorded module, with a 3601's rules; events have the texts of other rules.
+    """Return a recorded module's profile, with a 3601's rules; events have the texts of other rules.
 
     Raises:
         ValueError: the facts are not facts of `family_facts`.

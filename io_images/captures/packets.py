@@ -1,7 +1,8 @@
-"""The packets of a capture file, pcap or pcapng, in the order of the file [draft-ietf-opsawg-pcap, -pcapng].
+"""The packets of a pcap or pcapng capture file, in file order [draft-ietf-opsawg-pcap, -pcapng].
 
-A file ends within a packet if the capturing program was killed. Complete packets are read, and
-`Capture.cut_off` is the offset of the incomplete one. Any other error is a `CaptureError` with its offset.
+A file ends in the middle of a packet if the capture program was killed. Complete packets are read, and
+`Capture.cut_off` is the offset of the incomplete one. Any other error raises a `CaptureError` with the
+error's offset.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class CaptureError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """A packet as it was on the wire."""
+    """A packet as it appeared on the wire."""
 
     at_ns: int  # since 1970
     link_type: int  # LINKTYPE number of its first header
@@ -46,7 +47,7 @@ class Packet:
 
 @dataclass(slots=True)
 class CutFrames:
-    """The number of frames that a capture cut, and their captured lengths.
+    """The number of frames that a capture truncated, and their captured lengths.
 
     >>> cut = CutFrames()
     >>> cut.add(Packet(0, 1, bytes(68), cut=10)), cut.add(Packet(0, 1, bytes(68))), str(cut)
@@ -58,7 +59,7 @@ class CutFrames:
     most: int = 0  # captured bytes of the longest cut frame
 
     def add(self, packet: Packet) -> None:
-        """Count a packet, if it was cut."""
+        """Count a packet if it was truncated."""
         if packet.cut:
             size = len(packet.data)
             self.least = min(self.least, size) if self.count else size
@@ -101,7 +102,7 @@ class Capture:
         """Yield the packets.
 
         Raises:
-            CaptureError: the file is not a capture, or a length or number in it is illegal.
+            CaptureError: the file is not a capture, or contains an illegal length or number.
             OSError: the file can't be read.
         """
         head = self._file.read(4)

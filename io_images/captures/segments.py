@@ -1,6 +1,6 @@
 """TCP segments in packets: link layer, IPv4 or IPv6, TCP.
 
-Packets without TCP are skipped; nothing is refused. A segment in a cut frame has the fields of its header,
+Packets without TCP are skipped; no packet is refused. A segment in a truncated frame has its header fields
 but no data. IP fragments are skipped: Modbus and the frames of controllers are shorter than any path's MTU.
 """
 
@@ -17,7 +17,7 @@ IPV4, IPV6 = 0x0800, 0x86DD
 VLANS = (0x8100, 0x88A8, 0x9100)
 VLANS_MAX = 4
 EXTENSIONS = (0, 43, 60)
-"""IPv6 extension headers that may precede TCP: hop by hop, routing, destination."""
+"""IPv6 extension headers that may precede TCP: hop-by-hop, routing, destination."""
 
 EXTENSIONS_MAX = 8
 TCP = 6
@@ -26,7 +26,7 @@ SYN, FIN, RST, ACK = 0x02, 0x01, 0x04, 0x10
 ETHERNET, NULL, LOOP, SLL, SLL2 = 1, 0, 108, 113, 276
 RAW = (12, 14, 101, 228, 229)
 KIND_AT = {ETHERNET: (12, 14), SLL: (14, 16), SLL2: (0, 20)}
-"""By link type: the offset of the protocol's number, and the offset of the packet."""
+"""For each link type, the offsets of the protocol number and the packet."""
 
 _KIND = Struct(">H")
 _IPV4 = Struct(">BxHxxHxBxx4s4s")
@@ -86,7 +86,7 @@ def segment_in(packet: Packet) -> Segment | None:
 
 
 def _ip_offset(packet: Packet) -> int | None:
-    """Return the offset of the IP packet; None for another protocol."""
+    """Return the offset of the IP packet; None for any other protocol."""
     if packet.link_type in RAW:
         return 0
     if packet.link_type in (NULL, LOOP):

@@ -1,10 +1,10 @@
-"""Puts the bytes of TCP connections in order; repeated bytes are dropped, and early bytes wait.
+"""Puts the bytes of TCP connections in order, drops repeated bytes, and buffers early bytes.
 
     segments   |1..8|      |17..24|9..16|   |9..16|
     bytes      |1..8|             |9..24|             the last one is a retransmission
 
-Bytes that the capture missed or cut are a gap. A gap ends when the other end acknowledges later bytes, or
-when too many bytes are waiting behind it.
+Bytes that the capture missed or truncated are a gap. A gap is skipped when the other end acknowledges later
+bytes, or when too many bytes are waiting after it.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from dataclasses import dataclass, field
 from .segments import SYN, End, Segment
 
 CONNECTIONS_MAX = 1024
-"""Maximum directions of connections that are followed; a new one replaces the longest idle one."""
+"""Maximum number of connection directions followed; a new one replaces the one that was idle longest."""
 
 WAITING_MAX = 64
-"""Maximum segments that wait in a direction."""
+"""Maximum number of segments waiting in one direction."""
 
 WAITING_BYTES_MAX = 1 << 20
 _RING, _HALF = 1 << 32, 1 << 31
@@ -27,7 +27,7 @@ _RING, _HALF = 1 << 32, 1 << 31
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """Successive bytes in one direction of a connection."""
+    """Consecutive bytes in one direction of a connection."""
 
     at_ns: int  # time of the segment that completed them; after a gap, of their own segment
     source: End
@@ -94,7 +94,7 @@ class Streams:
                 yield from self._take_chunks(key, direction)
 
     def _acknowledge(self, key: tuple[End, End], expected: int) -> Iterator[Chunk]:
-        """Yield the waiting bytes in a direction before `expected`: the other end has received them all."""
+        """Yield the bytes waiting in a direction before `expected`, which the other end has received."""
         direction = self._directions.get(key)
         while direction and direction.next is not None and 0 < _ahead(expected, direction.next) < _HALF:
             if any(0 < _ahead(expected, first_byte) < _HALF for first_byte in direction.waiting):
@@ -104,7 +104,7 @@ class Streams:
             yield from self._take_chunks(key, direction)
 
     def _store(self, direction: _Direction, first: int, at_ns: int, data: bytes) -> None:
-        """Store bytes that wait, without the ones that are already taken."""
+        """Store bytes that must wait, except those already yielded."""
         assert direction.next is not None
         ahead = _ahead(first, direction.next)
         if ahead >= _HALF:  # the data begin before the next byte
@@ -140,18 +140,18 @@ class Streams:
         return Chunk(direction.passed_ns, *key, bytes(data), after_gap)
 
     def _skip_gap(self, direction: _Direction) -> None:
-        """Go on with the first waiting bytes."""
+        """Skip the gap before the first waiting bytes."""
         self._note_gap(direction, _nearest(direction.waiting, direction.next or 0))
 
     def _note_gap(self, direction: _Direction, end: int) -> None:
-        """Go on at a sequence number; the bytes before it are missing."""
+        """Skip to a sequence number and record the missing bytes before it as a gap."""
         direction.next = end
         self.gaps += not direction.gap_counted
         direction.after_gap = direction.gap_counted = True
 
 
 def _ahead(number: int, following: int) -> int:
-    """Return how far a sequence number is ahead of another; from `_HALF` on it is behind."""
+    """Return how far a sequence number is ahead of another; `_HALF` or more means that it is behind."""
     return (number - following) % _RING
 
 

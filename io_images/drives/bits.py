@@ -1,4 +1,4 @@
-"""Bits of the words, at their places in the SMD family; the row of a model has its other places."""
+"""Bits of the words at their places in the SMD family; a model's row lists its differing places."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
 
 @dataclass(frozen=True)
 class DriveCommand:
-    """Ten output words, read as a model of the family reads them."""
+    """Ten output words, interpreted as a given model of the family interprets them."""
 
     words: tuple[int, ...]  # unsigned
     model: Model
@@ -58,7 +58,7 @@ class DriveCommand:
 
     @property
     def reserved_modifiers(self) -> int:
-        """The bits of word 1 that are on, but have no meaning for the model."""
+        """The bits of word 1 that are on but have no meaning for the model."""
         return self.words[1] & ~self.model.modifiers.value
 
     @property
@@ -80,7 +80,7 @@ class DriveCommand:
 
     @cached_property
     def speed(self) -> int | None:
-        """Programmed speed, steps/s; None if the words have no value."""
+        """Programmed speed, steps/s; None if the words do not form a valid number."""
         return self.format.join(self.words[4], self.words[5])
 
     @property
@@ -117,5 +117,5 @@ class DriveCommand:
 
     @property
     def current_is_legal(self) -> bool:
-        """Whether the motor current is within its range, or not selected."""
+        """Whether the motor current is in range or not selected."""
         return not self.selects_current or self.model.limits.takes_current(self.current)

@@ -1,4 +1,4 @@
-"""The words of configuration mode, and the rules that valid words keep.
+"""The words of configuration mode, and the rules that valid words must follow.
 
     word       SMD family                                ANF2
     0, 1       bits (`Settings`)                         bits of a 3601's configuration
@@ -10,7 +10,7 @@
     8          motor current, 0.1 A                      0
     9          0                                         0
 
-[EDS; SMD p. 59; order of words: the client SMD_Control_Server; ANF2: EPICS's driver]
+[EDS; SMD p. 59; word order: the client SMD_Control_Server; ANF2: the EPICS driver]
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .bits import InputFunction, Settings
 from .models import WORDS, Layout, Model
 
 RESERVED = 0b0001_0011_1100_0000
-"""Bits of configuration word 0 without a name: 6 to 9, and 12 [EDS]."""
+"""Unnamed bits of configuration word 0: 6 to 9, and 12 [EDS]."""
 
 INDEXED = 1 << 6
 """The input that starts an indexed move, in masks of active inputs; not a bit of `InputBit`."""
@@ -43,7 +43,7 @@ ROLES: dict[InputFunction, int] = {
 """The input of a 3601 with the same function, as a mask."""
 
 ANF2_USED = (0b1, 0b10, 0b100, 0b1_1000, 0b110_0000)
-"""Bits of an ANF2's configuration word 0 that use each input [driver of EPICS]."""
+"""Bits of an ANF2's configuration word 0 that use each input [EPICS driver]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +81,7 @@ class DriveConfiguration:
         words: the words as they were written, unsigned.
         roles: mask of the function of each input, see `ROLES`.
         active_high: whether each input is active when it is energized.
-        stall_detection: whether a move stops if the shaft does not follow.
+        stall_detection: whether a move stops if the motor shaft stalls.
         output_format: format of the numbers that the host writes.
         input_format: format of the numbers that the host reads.
         starting_speed: steps/s.
@@ -109,7 +109,7 @@ class DriveConfiguration:
 
     @property
     def diagnostic_feedback(self) -> bool:
-        """Whether it counts its own steps: no drive does."""
+        """Whether it counts its own steps; always false, since no drive does."""
         return False
 
     @property
@@ -152,7 +152,7 @@ def _repeats_function(words: Sequence[int], _model: Model, build: Build) -> bool
 
 
 def _starting_speed(words: Sequence[int], model: Model) -> int | None:
-    """Return the starting speed, steps/s; None if the words have no value."""
+    """Return the starting speed, steps/s; None if the words do not form a valid number."""
     format = NumberFormat.BINARY if model.layout is Layout.ANF2 else NumberFormat.THOUSANDS
     return format.join(words[2], words[3])
 
@@ -203,7 +203,7 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         lambda words, model, build: bool(words[5] or words[9]), ("R-05",)),
 )
 # fmt: on
-"""Rules that a configuration of the SMD family must keep."""
+"""Rules that a configuration of the SMD family must follow."""
 
 ANF2_RULES: tuple[ConfigurationRule, ...] = (
     SMD_RULES[1],
@@ -283,7 +283,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
 
 
 def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
-    """Return ten words as the flash stores them: unsigned, without the request bits in word 1."""
+    """Return ten words as stored in flash: unsigned, without the request bits in word 1."""
     flash_words = [word & 0xFFFF for word in words[:WORDS]]
     flash_words[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
     return tuple(flash_words)

@@ -1,7 +1,8 @@
-"""Differences between a 3601 and a networked drive: a row for each bit or word with another meaning.
+"""Differences between a 3601 and a networked drive: a row for each bit or word whose meaning differs.
 
 A row has the bits, their meanings on a 3601 and on the drive, and a replacement. Sources are pages of the
-drive's manuals, or readings (R-nn) where the manuals are silent. Bits in no row mean the same on both.
+drive's manuals, or readings (R-nn) where the manuals are silent. Bits that are not in any row mean the same
+on both.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _WORDS = {CommandMsw: ("O", 0), CommandLsw: ("O", 1), StatusMsw: ("I", 0), Statu
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A bit or word of a 3601 with another meaning on a drive.
+    """A bit or word of a 3601 that has a different meaning on a drive.
 
     Attributes:
         id: for example "D-02".
@@ -176,7 +177,7 @@ CONFIGURATION = (
     "the drive's own configuration, ten words",
     "EDS; SMD p. 59",
 )
-"""The difference of the configuration: meaning on a 3601, meaning on every drive, replacement, source."""
+"""The difference in configuration: meaning on a 3601, meaning on every drive, replacement, source."""
 
 
 def differences(model: Model) -> Iterator[Difference]:

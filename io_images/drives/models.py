@@ -1,8 +1,8 @@
 """The models of the family: a row for each, with its words, bits, ranges and functions.
 
-Models only differ by their rows. Sources of the rows: SMD and EDS for the SMD models; the manuals of the
-SD17060E2 (p. 42, 59, 83) and of its EtherCAT version; for ANG1 and ANF2 the registers that the drivers of
-EPICS use, since only the title pages of their manuals are available.
+Models differ only in their rows. Sources of the rows: SMD and EDS for the SMD models; the manuals of the
+SD17060E2 (p. 42, 59, 83) and of its EtherCAT version; for ANG1 and ANF2, the registers that the EPICS drivers
+use, since only the title pages of their manuals are available.
 """
 
 from __future__ import annotations
@@ -61,16 +61,17 @@ class Model:
         limits: ranges of its parameters.
         terminals: the inputs with fixed functions, in order; () if the configuration selects the functions
             of two inputs.
-        moved_commands: bits of command word 0 that are not at the place of the SMD family; 0 for a bit that
-            it lacks, so that it refuses the command.
-        modifiers: bits of command word 1 that it has; it refuses a command with another bit.
-        moved_status: status bits that are not at the place of the SMD family; 0 for a bit that it lacks.
+        moved_commands: bits of command word 0 that are in a different place than in the SMD family; 0 for a
+            bit that it lacks, so that it refuses the command.
+        modifiers: bits of command word 1 that it has; it refuses a command with any other bit.
+        moved_status: status bits that are in a different place than in the SMD family; 0 for a bit that it
+            lacks.
         number_format: the fixed format of its numbers; None if the configuration selects it.
-        current_keys: bits of command word 1 that must be on, and bits that must be off, if word 8 is the
+        current_keys: bits of command word 1 that must be on, and bits that must be off, for word 8 to be the
             motor current.
         enable_bit: whether the driver needs its enable bit in every command.
         jerk: whether word 9 is the jerk of a move.
-        flash: whether it keeps its configuration without power.
+        flash: whether it keeps its configuration through a power loss.
         leaves_configuration: whether it returns to command mode by itself after a valid configuration.
         identity: vendor, device type, product code and revision of its EtherNet/IP identity, if known.
     """
@@ -116,7 +117,7 @@ class Model:
 
     @property
     def runs_blends(self) -> bool:
-        """Whether it has commands for blends."""
+        """Whether it has blend move commands."""
         return self.moved_commands.get(CommandBit.RUN_ASSEMBLED_MOVE) != 0
 
     def command_bits(self, word_0: int) -> CommandBit:
@@ -130,7 +131,7 @@ class Model:
         return commands
 
     def unknown_commands(self, word_0: int) -> int:
-        """Return the bits of command word 0 that belong to no command."""
+        """Return the bits of command word 0 that do not belong to any command."""
         known_bits = sum(self.moved_commands.get(bit, bit.value) for bit in CommandBit)
         return word_0 & 0xFFFF & ~known_bits
 

@@ -1,4 +1,4 @@
-"""The rules by which a drive refuses commands or reports errors: one row each, with page and status bits."""
+"""A drive's rules for refusing commands and reporting errors: one row each, with page and status bits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class DriveRule:
         section: source and page.
         text: the error or event.
         sets: the status bits that it sets.
-        reading: ids of the readings behind it.
+        reading: ids of the readings that it is based on.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""The status of a drive, with the drive's names of bits."""
+"""The status of a drive, with the drive's own bit names."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class DriveStatusView(StatusView):
     @property
     @override
     def captured(self) -> int:
-        """The value that the capture input stored."""
+        """The value stored by the capture input."""
         return self._number(self._words, 6)
 
 
@@ -67,7 +67,7 @@ def _view_of(model_name: str) -> type[DriveStatusView]:
 def _bit(place: BitPlace) -> property:
     """Return a property for a status bit; in configuration mode all bits but the mode bit are off.
 
-    The words mirror the configuration then, except for the mode bit, which is bit 15 of word 0.
+    In that mode the words mirror the configuration, except for the mode bit, which is bit 15 of word 0.
     """
     is_mode_bit = place.word == 0 and place.bit == 15
 
@@ -78,7 +78,7 @@ def _bit(place: BitPlace) -> property:
 
 
 def _missing(name: str, model: Model) -> property:
-    """Return a property that raises an AttributeError with the model's bits."""
+    """Return a property that raises an AttributeError listing the model's bits."""
 
     def refuse(_view: StatusView) -> NoReturn:
         bits = ", ".join(model.words.groups["status"])

@@ -1,4 +1,4 @@
-"""Translates words of a 3601, which axes and motion blocks write, to words of a drive, and back.
+"""Translates a 3601's words, which axes and motion blocks write, to a drive's words, and back.
 
 An axis uses the commands and status bits of a 3601. A table has a row for each bit with the same meaning on a
 drive; the methods translate everything else.
@@ -65,10 +65,10 @@ STATUS: Mapping[int, StatusBit] = {
 """Status bits of the drive, by bit of a 3601's status word 0."""
 
 UNFIT = StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
-"""Status bits that end a command, but that a 3601 lacks."""
+"""Status bits that end a command but do not exist on a 3601."""
 
 PARTS = {CommandLsw.S_CURVE.value: 1, (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value: 3}
-"""By shape: the time of a change of speed at peak rate, divided by the time in which the rate rises."""
+"""For each shape: the time of a speed change at peak rate, divided by the time in which the rate rises."""
 
 JERK_SCALE = 100_000
 """The jerk of 1 % per 10 ms reaches the peak rate in 100 s; a rate of 1 step/ms/s is 1,000 steps/s/s."""
@@ -79,7 +79,7 @@ _CONFIGURING = signed_word((StatusMsw.MODE_CONFIG | StatusMsw.MODULE_OK).value)
 
 
 def model_of(words: ModuleWords) -> Model | None:
-    """Return the model with a slot's words; None for any other module.
+    """Return the drive model whose words a slot has; None for any other module.
 
     >>> from .models import ANF2
     >>> model_of(ANF2.words).title
@@ -93,7 +93,7 @@ class DriveTranslation:
 
     Attributes:
         configuration: the ten words that `configure` sends, unsigned.
-        unfit: whether the last status had a stall or a fault of the driver.
+        unfit: whether the last status had a stall or a driver fault.
         enabled: whether the driver was enabled in the last status.
 
     Args:
@@ -115,7 +115,7 @@ class DriveTranslation:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last words, and the stored minimum distance."""
+        """Forget the last words and the stored minimum distance."""
         self._minimum_distance = 0  # of registration moves, steps
         self._words: Sequence[int] = (0,) * 8  # the last output words, of a 3601
         self.unfit, self.enabled = False, True
@@ -208,7 +208,7 @@ class DriveTranslation:
         return modifiers.value
 
     def _jerk(self, words: Sequence[int]) -> int:
-        """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 without S-curve."""
+        """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 if there is none."""
         shape_parts = PARTS.get(words[1] & _SHAPE, 0)
         change = 1000 * words[4] + words[5] - self._configuration.starting_speed
         if not shape_parts or change <= 0:

@@ -21,7 +21,7 @@ TYPE_CODES: Mapping[str, int] = {
 """Codes of elementary types [1756-PM020, CIP data types]."""
 
 STRUCTURED = 0x02A0
-"""Type of a structure in a message; the handle of its template follows."""
+"""Type of a structure in a message; its template's handle follows."""
 
 # General statuses of a reply
 DONE, NO_CONNECTION, BAD_SEGMENT, UNKNOWN_OBJECT, PARTIAL, NO_SERVICE = 0, 1, 4, 5, 6, 8
@@ -61,7 +61,7 @@ READ, WRITE, MODIFY, READ_PART, WRITE_PART, LISTING = 0x4C, 0x4D, 0x4E, 0x52, 0x
 CLOSE, OPEN, LARGE_OPEN, UNCONNECTED, EXECUTE_PCCC = 0x4E, 0x54, 0x5B, 0x52, 0x4B
 
 FRAME_MOST = 4_600
-"""Maximum bytes of a frame's body: 4,002 of a large connection, plus items and headers."""
+"""Maximum bytes in a frame's body: 4,002 bytes of a large connection, plus items and headers."""
 
 UNCONNECTED_MOST = 504
 """Maximum bytes of an unconnected reply."""
@@ -74,7 +74,7 @@ PORT = 44_818
 
 
 class CipRefusedError(ValueError):
-    """The reply to the request is an error status."""
+    """A request was answered with an error status."""
 
     def __init__(self, status: int, *more: int) -> None:
         statuses = [f"{status:02X}h", *(f"{extended_status:04X}h" for extended_status in more)]

@@ -1,4 +1,4 @@
-"""Frames of the encapsulation, and the items in them [ODVA volume 2, chapter 2].
+"""Encapsulation frames, and the items in them [ODVA volume 2, chapter 2].
 
 command u16, length u16, session u32, status u32, context 8 bytes, options u32; body
 """

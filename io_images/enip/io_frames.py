@@ -1,4 +1,4 @@
-"""Bytes of class 1 connections: path of the open request, and packets [ODVA volume 1, 3-5.5; volume 2, 3-2].
+"""Class 1 connections: the path of the open request, and packets [ODVA volume 1, 3-5.5; volume 2, 3-2].
 
 The path of an open request has an electronic key, class and instance of the configuration assembly, the
 consumed and the produced assembly, and configuration data:
@@ -17,7 +17,7 @@ from .codes import BAD_SEGMENT, CipRefusedError
 
 SEQUENCED_ADDRESS, IO_DATA = 0x8002, 0x00B1
 SOCKET_TO_TARGET, SOCKET_TO_ORIGINATOR = 0x8000, 0x8001
-"""Items with the socket address at which the target or the originator receives packets."""
+"""Types of the items that contain the socket address where the target or originator receives packets."""
 
 IO_PORT = 2222
 """UDP port of class 1 packets."""
@@ -48,7 +48,7 @@ def io_path(data: bytes) -> IoPath:
     ({'class': 4, 'instance': 110}, (150, 100), b'\x00\x04')
 
     Raises:
-        CipRefusedError: the data are not a path of an open request.
+        CipRefusedError: the data is not the path of an open request.
     """
     key: tuple[int, ...] = ()
     numbers: dict[str, int] = {}
@@ -81,12 +81,12 @@ def io_path(data: bytes) -> IoPath:
 
 @dataclass(frozen=True, slots=True)
 class IoPacket:
-    """A packet of data.
+    """A data packet.
 
     Attributes:
-        connection: the receiver's number of the connection.
+        connection: the connection ID that the receiver chose.
         count: packet count, 32 bits.
-        sequence: sequence count of the data, 16 bits; it only changes with the data.
+        sequence: sequence count of the data, 16 bits; it changes only when the data changes.
     """
 
     connection: int
@@ -106,7 +106,7 @@ class IoPacket:
 
 
 def io_packet(datagram: bytes) -> IoPacket | None:
-    r"""Return the packet in a datagram; None for another datagram.
+    r"""Return the packet in a datagram; None for any other datagram.
 
     >>> io_packet(IoPacket(1, 2, 3, b"\4\0").encoded()) == IoPacket(1, 2, 3, b"\4\0")
     True
@@ -123,7 +123,7 @@ def io_packet(datagram: bytes) -> IoPacket | None:
 
 
 def socket_item(port: int) -> tuple[int, bytes]:
-    """Return the item with a target's UDP port; the address is the one of the TCP connection."""
+    """Return the item with a target's UDP port; the address is that of the TCP connection."""
     return SOCKET_TO_TARGET, _SOCKET.pack(_INTERNET, port, bytes(4))
 
 

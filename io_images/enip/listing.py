@@ -1,4 +1,4 @@
-"""The tags of a server with their types, and their places in bytes, as clients see them."""
+"""The tags of a server, with their types and byte offsets, as clients see them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class StructuredKind:
 
     @cached_property
     def by_name(self) -> Mapping[str, Part]:
-        """Members that paths may name, by name in capitals."""
+        """The members that paths may name, by uppercase name."""
         return {member.name.upper(): member for member in self.parts if not member.hidden}
 
 
@@ -65,7 +65,7 @@ Kind = PlainKind | StructuredKind
 
 
 class ExternalAccess(StrEnum):
-    """The access of clients to a tag [1756-PM004, External Access]; the values are the texts of an L5X."""
+    """How clients may access a tag [1756-PM004, External Access]; the values are as in an L5X file."""
 
     READ_WRITE = "Read/Write"
     READ_ONLY = "Read Only"
@@ -90,12 +90,12 @@ class ListedTag:
 
     @property
     def path(self) -> str:
-        """Its name for clients: `Run`, `Program:Main.Run`."""
+        """The name that clients use: `Run`, `Program:Main.Run`."""
         return f"{PROGRAM}{self.program}.{self.name}" if self.program else self.name
 
     @property
     def is_bits(self) -> bool:
-        """Whether it is an array of BOOLs: clients see DWORDs."""
+        """Whether it is an array of BOOLs, which clients see as DWORDs."""
         return self.kind == BOOL and bool(self.dims)
 
     @cached_property
@@ -117,12 +117,13 @@ class ListedTag:
 def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files: bool = False) -> str:
     """Return the smallest part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`.
 
-    "" is the whole tag. Bytes of several elements or members are in the array or structure of these.
+    "" is the whole tag. If the bytes span several elements or members, the part is the array or structure
+    that contains them.
 
     Args:
-        offset: of the bytes in the tag.
+        offset: offset of the bytes in the tag.
         size: number of bytes.
-        keep: mask of the bits in these bytes that do not count; b"" if all bits count.
+        keep: mask of the bits in these bytes to ignore; b"" to ignore none.
         files: whether the tag is a data file, with parts such as `:3`, `:3/5`, `:0.PRE`, or `.0` of an image.
     """
     kind, dims = _in_words(tag.kind, tag.dims)
@@ -154,7 +155,7 @@ def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files:
 
 
 def _numbered(tag: ListedTag, number: int) -> str:
-    """Return the text for an element of a data file, or for a word of an image."""
+    """Return the text for an element of a data file or a word of an image."""
     return f".{number}" if ":" in tag.name else f":{number}"
 
 
@@ -168,7 +169,7 @@ def _subscripts(number: int, dims: Sequence[int]) -> str:
 
 
 def _bit(mask: int, offset: int) -> int:
-    """Return the number of a mask's only bit, if the mask begins at a byte offset."""
+    """Return the number of the only bit in a mask that begins at a byte offset."""
     return 8 * offset + mask.bit_length() - 1
 
 
@@ -186,13 +187,13 @@ def _part_with(kind: StructuredKind, offset: int, size: int, mask: int) -> Part 
 
 
 def _in_words(kind: Kind, dims: tuple[int, ...]) -> tuple[Kind, tuple[int, ...]]:
-    """Return type and dimensions as clients see them: an array of BOOLs is an array of words."""
+    """Return type and dimensions as clients see them: an array of BOOLs appears as an array of words."""
     return (DWORD, (-(-prod(dims) // 32),)) if kind == BOOL and dims else (kind, dims)
 
 
 @dataclass(frozen=True)
 class ListedAlias:
-    """A second name for a tag or for a part of one."""
+    """A second name for a tag or a part of a tag."""
 
     name: str  # without its program
     program: str  # "" for the controller

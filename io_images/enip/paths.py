@@ -11,7 +11,7 @@ from .codes import BAD_SEGMENT, SYMBOL, CipRefusedError
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """A symbol by its number instead of its name."""
+    """A symbol identified by its number instead of its name."""
 
     number: int
 
@@ -70,7 +70,7 @@ def parse_path(data: bytes) -> Path:
     ['Run', 7]
 
     Raises:
-        CipRefusedError: the data are not a path.
+        CipRefusedError: the data is not a path.
     """
     path, offset = Path(), 0
     while offset < len(data):
@@ -118,7 +118,7 @@ def _logical(path: Path, data: bytes, offset: int) -> int:
 
 
 def split_name(name: str) -> list[PathStep]:
-    """Return the steps of a name, since some clients send `A.B[3]` in one segment.
+    """Return the steps of a name in one segment; some clients send `A.B[3]` that way.
 
     >>> split_name("Program:Main.Step[2].Time")
     ['Program:Main', 'Step', 2, 'Time']

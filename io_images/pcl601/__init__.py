@@ -1,7 +1,7 @@
 """The PCL601 as data: registers, terminals, command codes, error bits and serial messages.
 
-Each row of the manual is one row here; brackets contain sections of the manual. This package has no time and
-no I/O. Stored programs are in the package `program`.
+Each row in the manual's tables is one row here; brackets contain sections of the manual. This package does no
+timing or I/O. Stored programs are in the package `program`.
 """
 
 from .commands import NEEDS_IDLE, Code

@@ -1,7 +1,7 @@
 """The PCL601's 38 data registers, in the order of the memory map [Appendix 1].
 
-A 32-bit value has two registers, with the low word at the lower address. The manual prints its range once, so
-the table has 32 rows, one per value. 4x reference n is address n - 1 in a frame.
+A 32-bit value has two registers, with the low word at the lower address. The manual states the range of such
+a value once, so the table has 32 rows, one per value. 4x reference n is address n - 1 in a frame.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum, auto
 
 FIRMWARE = "1.00"
-"""Firmware version in function 0x11 and Appendix 6."""
+"""Firmware version, as in function 0x11 and Appendix 6."""
 
 
 class Register(IntEnum):
@@ -126,14 +126,14 @@ ROWS: dict[Register, Row] = {row.register: row for row in MAP}
 """The rows by value."""
 
 WORDS: tuple[tuple[Row, int], ...] = tuple((row, word) for row in MAP for word in range(row.words))
-"""The row at each address, with 0 for its only or low word, and 1 for its high word."""
+"""The row at each address, and 0 for the row's only or low word or 1 for its high word."""
 
 WORD_COUNT = len(WORDS)
 """Registers in the map."""
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version: the text of its four characters, or a number if they are no text.
+    """Return the firmware version as its four characters, or as a number if they are not text.
 
     >>> firmware_text(0x312E3030), firmware_text(0x00000102)
     ('1.00', '00000102h')
@@ -152,7 +152,7 @@ def word_of(value: int, word: int) -> int:
 
 
 def with_word(row: Row, value: int, word: int, bits: int) -> int:
-    """Return a value with its low (0) or high (1) word replaced; two words are a signed value.
+    """Return a value with its low (0) or high (1) word replaced; a two-word value is signed.
 
     >>> with_word(ROWS[Register.POSITION], 62536, 1, 0xFFFF)
     -3000

@@ -2,7 +2,7 @@
 
     @ address command parameters CR        address 1 or 2 digits, parameters up to 8 characters
 
-The manual counts 40: `|` was added for this product.
+The manual says 40; `|` was added for this product.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ PARAMETERS_MAX = 8
 """Maximum characters of the parameters [Message Format]."""
 
 BUFFER_MAX = 24
-"""Maximum characters of a line in the receive buffer; not stated."""
+"""Maximum characters of a line in the receive buffer; the manual does not state it."""
 
 VERSION_TEXT = "PCL601 1.00"
-"""Reply to `$`; the text is not stated."""
+"""Reply to `$`; the manual does not state its text."""
 
 
 class Action(Enum):
@@ -108,4 +108,4 @@ VERIFY: dict[str, Register] = {
     for command in COMMANDS
     if command.register is not None and command.name != "P"
 } | {"EP": Register.ENCODER_POSITION, "F": Register.BUSY, "+": Register.DIRECTION}
-"""Registers that V reads [Verify]; L, O, `:` and `;` are not registers, and V can't read P."""
+"""Registers that V reads, by command [Verify]; L, O, `:` and `;` are not registers, and V can't read P."""

@@ -1,4 +1,4 @@
-"""The terminals of inputs and outputs, and their bits in each interface.
+"""The input and output terminals, and their bits in each interface.
 
     interface                   a grounded input            open or high
     Modbus 1x and 3x, IR        1 (active)                  0
@@ -44,7 +44,7 @@ OUTPUT_COUNT = 8
 """0x references 1 to 8: outputs 1 to 8."""
 
 OUTPUT_BITS = 16
-"""Bits of the outputs' register; the upper eight read 0."""
+"""Number of bits in the output register; the upper eight read 0."""
 
 ON_FLY_OUTPUT = 1 << 0
 """Output 1 is the output on the fly."""

@@ -3,9 +3,9 @@
     command   A5  address  instruction  d0 d1 d2 d3  sum        host to controller
     reply     A5  7A       address      d0 d1 d2 d3  sum        controller to host
 
-The data are 32 bits, signed, low byte first: 12345678h is sent as 78 56 34 12. The manual calls this "big-end
-mode", but its examples are little-endian. The last byte is the sum of the others without carry. A reply does
-not name its instruction; the host matches replies to commands by order.
+The data is a signed 32-bit value, low byte first: 12345678h is sent as 78 56 34 12. The manual calls this
+"big-end mode", but its examples are little-endian. The last byte is the sum of the others, ignoring carry. A
+reply does not name its instruction; the host matches replies to commands by order.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ FACTORY_ADDRESS = 0xFF
 """Default address of a controller [4.1.2]."""
 
 STATE_ERROR = 6
-"""Reply data for an invalid state, or a value out of range [4.1.1]."""
+"""Reply data for an invalid state or an out-of-range value [4.1.1]."""
 
 UNKNOWN_ERROR = 7
-"""Reply data for an unknown instruction, or a step toward a reached limit [4.1.1]."""
+"""Reply data for an unknown instruction, or a step toward a limit that has been reached [4.1.1]."""
 
 BAUD = 9600
-"""Speed of the line, 8N1; no instruction changes it [6.1.1]."""
+"""Baud rate of the line, 8N1; no instruction changes it [6.1.1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class Framer:
     """Finds the frames in a stream of bytes.
 
     Bytes before a head are skipped. If eight bytes have a wrong sum, only the first byte is skipped, so that
-    a valid frame after noise is found.
+    a valid frame after noise is still found.
     """
 
     __slots__ = ("_bytes", "skipped")
@@ -106,7 +106,7 @@ class Framer:
         return len(self._bytes)
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Add bytes; return the frames that they complete."""
+        """Add bytes and return the frames that they complete."""
         self._bytes += data
         frames = []
         while self._seek_head():

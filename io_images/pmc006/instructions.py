@@ -1,7 +1,7 @@
 """The instructions of a PMC006x3s, one row each, as in the manual's summary table [4.2].
 
-A value outside of its range is refused with error 6 (reading: the manual names no error). If the range of a
-parameter does not include 0, the data 0 read its value [4.1.1: "some setting instructions can write 0 to read
+An out-of-range value is refused with error 6 (reading: the manual names no error). If a parameter's range
+does not include 0, sending 0 reads its value [4.1.1: "some setting instructions can write 0 to read
 the function"].
 """
 
@@ -19,7 +19,7 @@ ENCODER_CPRS = (200, 400, 500, 600, 800, 1000, 1024, 1200, 1600)
 """Encoder counts per revolution [4.3.10, which prints 1000 twice]."""
 
 ACCELERATIONS_PPS2 = (0, 77440, 48410, 27170, 21510, 14080, 10460, 6915, 5210)
-"""Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 is no ramp."""
+"""Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 means no ramp."""
 
 
 SHORT_MOVE_STEPS = 256
@@ -27,7 +27,7 @@ SHORT_MOVE_STEPS = 256
 
 
 class Kind(Enum):
-    """The effect of an instruction."""
+    """What an instruction does."""
 
     SET = "set"  # writes a parameter
     READ = "read"  # returns a value
@@ -35,7 +35,7 @@ class Kind(Enum):
 
 
 class ParameterStorage(Enum):
-    """The storage of a parameter."""
+    """Where a parameter is stored."""
 
     VOLATILE = "volatile"  # it has its default after every power-up
     SAVED = "saved by t"  # the instruction t writes it to the EEPROM; power-up restores it
@@ -77,7 +77,7 @@ class InstructionRow:
 
     @property
     def allowed(self) -> str:
-        """The allowed values as text; "" if the data are ignored."""
+        """The allowed values as text; "" if the data is ignored."""
         if self.values:
             return ", ".join(str(value) for value in self.values)
         return "" if self.low is None else f"{self.low} to {self.high}"

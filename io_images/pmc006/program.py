@@ -1,4 +1,4 @@
-"""User programs of a PMC006x3s: the 20 instructions, and their text form [5].
+"""User programs of a PMC006x3s: the 20 instructions and their text form [5].
 
     DIR  0 1        # forward
     CNTC 0          # one instruction per line: OP option data
@@ -8,9 +8,9 @@
     CMP  1 3
     JNE  0 2
 
-The text form is scanrack's, since the vendor's tool shows a table. The manual does not explain the options of
-WAIT and CMP: "refer to the tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are readings. The
-manual's table (1-7 and 1-6) takes precedence over its text ("9 options").
+The text form is scanrack's own, since the vendor's tool shows a table. The manual does not explain the
+options of WAIT and CMP: "refer to the tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are therefore
+readings. The manual's table (1-7 and 1-6) takes precedence over its text ("9 options").
 """
 
 from __future__ import annotations
@@ -111,13 +111,13 @@ class UserProgram:
 
 
 def assemble(text: str) -> UserProgram:
-    """Return the program in a text; raise a ValueError if it is invalid.
+    """Return the program that a text contains; raise a ValueError if it is invalid.
 
     >>> assemble("DIR 0 1 # forward" + chr(10) + "ROT 0 287").lines[1]
     UserInstruction(op='ROT', option=0, data=287)
 
     Args:
-        text: one instruction per line, `OP option data` separated by blanks; `#` starts a comment.
+        text: one instruction per line, `OP option data` separated by spaces; `#` starts a comment.
             Instructions without data may omit data and option.
     """
     lines: list[UserInstruction] = []

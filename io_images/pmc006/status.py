@@ -31,7 +31,7 @@ class Status2(IntFlag):
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text and as a number, since its coding is a reading.
+    """Return the firmware version as text and as a number, since its encoding is a reading.
 
     >>> firmware_text(0x0001_0000)
     'V0.1.0 (00010000h)'
@@ -41,7 +41,7 @@ def firmware_text(value: int) -> str:
 
 
 class Level(IntFlag):
-    """Pins in the reply to instruction x, 1 is high [4.3.15]."""
+    """Pin levels in the reply to instruction x; 1 is high [4.3.15]."""
 
     EXT2 = 1 << 0
     GPIO8 = 1 << 1

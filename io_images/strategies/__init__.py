@@ -1,4 +1,4 @@
-"""Hypothesis strategies: a PLC's words for a 3601, and serial traffic, valid and invalid.
+"""Hypothesis strategies for valid and invalid output words of a 3601 and serial traffic.
 
     from hypothesis import given
     from scanrack.io_images import strategies as images
@@ -6,11 +6,12 @@
     @given(images.output_images(starting_speed=1000))
     def test_my_gateway_passes_words_on(image): ...
 
-Every strategy of this package states which words it returns: legal words, words that break exactly one rule,
-or any words. The rule table and the classes of `amci3601` define validity. The first value of every list is
-the plainest, so that a failing example shrinks to a natural one.
+Every strategy in this package states which words it generates: legal words, words that break exactly one
+rule,
+or any words. The rule table and the classes of `amci3601` define validity. The first value in every list is
+the simplest, so that a failing example shrinks to a natural one.
 
-Only tests and searches import this package; nothing else in `io_images` needs Hypothesis.
+Only tests and searches import this package, so nothing else in `io_images` needs Hypothesis.
 
 >>> from hypothesis import find
 >>> find(moves(1000), lambda move: True).to_image()

@@ -1,6 +1,6 @@
 """Blend profiles and their handshake, valid or with exactly one fault.
 
-A segment is long enough for its change of speed. The minimum length of a ramp is calculated here
+Every segment is long enough for its speed change. The minimum length of a ramp is calculated here
 with a margin (an S-curve takes at most twice the distance of a constant acceleration), since
 this package does not simulate motion.
 """
@@ -25,12 +25,12 @@ SEGMENT_RATES = (1000, 2000, 333)
 LENGTHS = (1000, 100, 3000, 200)
 START_MAX = 100_000
 SEGMENT_SPEED_MAX = 250_000
-"""Speed, steps/s, up to which sixteen segments with ramps stay below 8,388,607 steps."""
+"""Maximum speed, steps/s, at which sixteen segments with ramps stay below 8,388,607 steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlendProfile:
-    """A legal blend profile: the first block, and as many segments as it states."""
+    """A legal blend profile: the first block, and the number of segments that it states."""
 
     header: BlendHeader
     segments: tuple[BlendSegment, ...]
@@ -48,9 +48,9 @@ class FaultyBlend(NamedTuple):
 
 
 def handshake(blocks: Sequence[Image]) -> list[Image]:
-    """Return the images that send blocks: bits 8 and 9, then bit 8 alone, for each; finally neither.
+    """Return the images that send blocks: bits 8 and 9, then only bit 8, for each; finally neither bit.
 
-    Show each image until the module has responded by setting, or resetting, BLEND_ACK.
+    Show each image until the module responds by setting or clearing BLEND_ACK.
     """
     images: list[Image] = []
     for block in blocks:
@@ -69,7 +69,7 @@ def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.Searc
 
 @cache
 def _headers(most: int) -> st.SearchStrategy[tuple[int, int, Acceleration]]:
-    """Return a strategy of number of segments, final deceleration and its type."""
+    """Return a strategy of the number of segments, the final deceleration and its type."""
     return pick(_as_tuple, range(SEGMENTS_MIN, most + 1), SEGMENT_RATES, tuple(Acceleration))
 
 
@@ -78,7 +78,7 @@ def _as_tuple(*values: Any) -> tuple[Any, ...]:
 
 
 _SEGMENT_CHOICES = pick(_as_tuple, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT_RATES, LENGTHS)
-"""A segment's type, speed as a multiple of the starting speed, rate, and length, if that is enough."""
+"""A segment's type, speed as a multiple of the starting speed, rate, and length if it is long enough."""
 
 
 @st.composite
@@ -100,7 +100,7 @@ def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
 
 
 def _ramp_steps(before: int, after: int, rate: int) -> int:
-    """Return enough steps for a change of speed: twice v**2 / 2a plus a margin."""
+    """Return a number of steps sufficient for a speed change: twice v**2 / 2a plus a margin."""
     return abs(after * after - before * before) // (1000 * rate) + 10
 
 
@@ -133,17 +133,17 @@ BLEND_FAULTS: dict[str, tuple[_Damage, ...]] = {
     "PRF-06": (),
     "CMD-05": (),
 }
-"""Ways to break each rule of blend programming; two rules need the speeds."""
+"""Ways to break each blend programming rule; two rules depend on the speeds."""
 
 
 def faulty_blends(
     starting_speed: int, rules: Sequence[str] = (), *, most: int = 4
 ) -> st.SearchStrategy[FaultyBlend]:
-    """Return a strategy of blocks with exactly one fault, some with the last block missing.
+    """Return a strategy of blocks with exactly one fault, which may be a missing last block.
 
     Args:
         starting_speed: starting speed of the configuration, 2 to 100,000 steps/s.
-        rules: ids in `BLEND_FAULTS` of the rules to break; by default any rule, and missing blocks.
+        rules: ids in `BLEND_FAULTS` of the rules to break; by default, any rule or missing blocks.
         most: maximum number of segments.
 
     Raises:
@@ -173,7 +173,7 @@ _DAMAGES = {rule: st.sampled_from(damages) for rule, damages in BLEND_FAULTS.ite
 
 
 def _damaged(blocks: Sequence[Image], damage: _Damage) -> list[Image]:
-    """Return copies of the blocks, one of them with replaced words."""
+    """Return copies of the blocks, with replaced words in one of them."""
     copies = [block.copy() for block in blocks]
     for index, word in damage.words.items():
         copies[damage.block][index] = word

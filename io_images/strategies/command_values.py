@@ -23,14 +23,14 @@ FAULTY_RATES = ((0, 10), (10, 0), (2001, 10), (10, -1))
 """Pairs with one rate out of range."""
 
 DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETER_MAX)
-"""Distances of short, long, triangular, empty and the longest moves, steps."""
+"""Distances of short, long, triangular, zero-length and longest moves, steps."""
 
 
 def pick(make: Callable[..., Result], *lists: Sequence[Any]) -> st.SearchStrategy[Result]:
     """Return a strategy of `make` applied to one value of each list, in a single draw.
 
-    Each draw takes Hypothesis time, so the draw is one text of bytes, and each byte selects a value. Examples
-    shrink toward the first value of each list. No list may have more than 256 values.
+    Each draw costs Hypothesis time, so a single string of bytes is drawn, and each byte selects a value.
+    Examples shrink toward the first value of each list. No list may have more than 256 values.
     """
 
     def from_bytes(drawn: bytes) -> Result:

@@ -1,6 +1,6 @@
 """Legal commands, as objects of `amci3601`; `to_image` returns their words.
 
-Their execution depends on the module's state.
+Whether the module executes them depends on its state.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ RELATIVE_FIRST = (MoveKind.RELATIVE, MoveKind.ABSOLUTE)
 
 
 def moves(starting_speed: int, *, encoder: bool = False) -> st.SearchStrategy[Move]:
-    """Return a strategy of absolute and relative moves; if `encoder` is set, in encoder counts."""
+    """Return a strategy of absolute and relative moves, in encoder counts if `encoder` is set."""
     return st.builds(
         lambda kind, target, speed, pair, shape: Move(kind, target, speed, pair[0], pair[1], shape, encoder),
         st.sampled_from(RELATIVE_FIRST),
@@ -105,7 +105,7 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 
 
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
-    """Return a strategy of all legal commands of a firmware version."""
+    """Return a strategy of all commands that are legal in a firmware version."""
     stored_minimums = st.builds(StoreMinimumRegistration, st.integers(0, PARAMETER_MAX))
     newer_commands: list[st.SearchStrategy[Command]] = []
     if firmware.registration:

@@ -1,4 +1,4 @@
-"""Configurations that are legal, or break exactly one rule of chapter 3."""
+"""Configurations that are legal, or that break exactly one rule of chapter 3."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _OTHER_BITS = pick(
     (*[PLAIN_INPUTS] * INPUTS, *range(INPUTS)),
     (*[ALL_INPUTS] * INPUTS, *range(INPUTS)),
 )
-"""Encoder, diagnostic feedback, step outputs, limits if no other is used, used inputs and their levels."""
+"""Encoder, diagnostic feedback, step outputs, limits if no other input is used, used inputs and levels."""
 
 
 @st.composite
@@ -92,14 +92,14 @@ def _configuration(
 def faulty_configurations(
     firmware: Firmware = NEWEST, rules: tuple[str, ...] = ()
 ) -> st.SearchStrategy[FaultyConfiguration]:
-    """Return a strategy of words that a firmware rejects because of exactly one rule.
+    """Return a strategy of words that a firmware version rejects because of exactly one rule.
 
     Args:
         firmware: the version that rejects them.
-        rules: ids of the rules to break; by default any of this version.
+        rules: ids of the rules to break; by default, any rule of this version.
 
     Raises:
-        ValueError: with this firmware, no words break one of these rules.
+        ValueError: no words break one of these rules in this firmware version.
     """
     breakable = [rule for rule, _ in INVALID_CONFIGURATIONS if _can_break(rule, firmware)]
     for rule in rules:
@@ -172,4 +172,4 @@ FAULTS: dict[str, st.SearchStrategy[_Fault]] = {
 """Ways to break each rule of `INVALID_CONFIGURATIONS`."""
 
 BASES = dict.fromkeys(("CFG-04", "CFG-09", "CFG-10"), HomingKind.MARKER_HOME_SWITCH)
-"""Homing kind for rules that can't be broken alone with a home switch."""
+"""Homing kind for rules that can't be broken in isolation with a home switch."""

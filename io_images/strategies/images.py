@@ -1,7 +1,7 @@
-"""Whole output images, from common to hostile ones.
+"""Complete output images, from common to hostile.
 
     plausible    the words of a legal command
-    nearly right the same with one word changed, as by a typo or a torn update
+    nearly right the same with one word changed, as if by a typo or a torn update
     hostile      any command bits, with boundary numbers
     any          eight words
 

@@ -1,8 +1,8 @@
 """Sequences of a PLC program's commands: configure, home, move, hold, blend, follow, and mistakes.
 
-A single command rarely reaches a deep state: homing, a hold or a blend move takes several
-images in order, with waits between them. An `Act` is such a series, and self-contained: it begins with
-Reset Errors, so that an earlier mistake does not lock the module, and ends with a command word of 0.
+A single command rarely reaches a deep state: homing, a hold or a blend move takes several images in order,
+with waits between them. An `Act` is a self-contained series of images. It begins with Reset Errors, so that
+an earlier mistake does not lock the module, and ends with a command word of 0.
 
     act = Act("held move", showings)
     showing       image       until
@@ -12,8 +12,8 @@ Reset Errors, so that an earlier mistake does not lock the module, and ends with
     4             HOLD        a completion or error bit is set, or 20 s have passed
     5             0           4 ms have passed
 
-Every draw is one of fewer than 100 values. From larger ranges, Hypothesis also draws constants of 100 and
-more that it finds in the loaded modules; these draws do not depend on such constants.
+Every draw chooses from fewer than 100 values. From larger ranges, Hypothesis would also draw constants of 100
+or more that it finds in loaded modules, so examples would depend on which modules are loaded.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ LONGEST_MS = 20_000
 """Maximum wait for the end of a motion."""
 
 START_MAX = 100_000
-"""Maximum starting speed, steps/s: ten times that is still a legal speed."""
+"""Maximum starting speed, steps/s; ten times this speed is still legal."""
 
 MOVE_ENDED = COMPLETION_BITS | ERROR_BITS & ~StatusMsw.POSITION_INVALID
 
@@ -73,7 +73,7 @@ class Showing(NamedTuple):
     waits: bool = False  # whether it ends when the module shows the end of a motion or an error
 
     def is_over(self, inputs: Image, shown_ms: float) -> bool:
-        """Return whether the next image follows after `shown_ms`, at least `SETTLE_MS`, with these inputs."""
+        """Return whether the next image is due after `shown_ms` (at least `SETTLE_MS`), given inputs."""
         has_ended = self.waits and shown_ms >= SETTLE_MS and bool(inputs[0] & MOVE_ENDED)
         return has_ended or shown_ms >= self.ms
 
@@ -107,12 +107,12 @@ def acting(name: str, *showings: Showing) -> Act:
 
 
 def waiting(image: Image) -> Showing:
-    """Return the showing of an image until the end of a motion."""
+    """Return a showing of an image that lasts until the end of a motion."""
     return Showing(image, LONGEST_MS, waits=True)
 
 
 def configuring(starting_speed: int = 1000) -> Act:
-    """Return the act that configures an axis for `acts`, with 1 to 100,000 steps/s.
+    """Return the act that configures an axis for `acts`; the starting speed is 1 to 100,000 steps/s.
 
     It has a home switch, emergency stop, external input and both end limits, active high, and a quadrature
     encoder.
@@ -130,8 +130,8 @@ def configuring(starting_speed: int = 1000) -> Act:
 def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Act]:
     """Return a strategy of acts on a configured axis, the simplest first.
 
-    There are waits, moves with and without a hold, homing, manual moves, presets, blend moves, and mistakes;
-    from firmware 3.1 on also registration moves, and from 4.1 on the encoder follower.
+    They are waits, moves with and without a hold, homing, manual moves, presets, blend moves and mistakes.
+    Firmware 3.1 and later add registration moves; 4.1 adds the encoder follower.
     """
     require("starting_speed", starting_speed, 1, START_MAX)
     speeds = tuple(starting_speed * multiple for multiple in SPEED_MULTIPLES)
@@ -215,7 +215,7 @@ def _manual_of(direction: Direction, speed: int, rates: tuple[int, int], steps: 
 
 
 def _released(image: Image) -> Image:
-    """Return the words of a manual move with its bit reset and unchanged parameters."""
+    """Return the words of a manual move with its bit cleared and its parameters unchanged."""
     words = image.copy()
     words[0] = 0
     return words
@@ -257,7 +257,7 @@ def _presets() -> st.SearchStrategy[Act]:
 def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
     """Return a strategy of blends of two segments that are long enough for their ramps.
 
-    A ramp takes v * v / 2a, at 1000 steps/ms/s, and twice that with an S-curve.
+    A ramp takes v * v / 2a steps at 1000 steps/ms/s, and twice that with an S-curve.
     """
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:

@@ -18,7 +18,7 @@ READ_FUNCTIONS = {1: OUTPUT_COUNT, 2: INPUT_COUNT, 3: WORD_COUNT, 4: 1}
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Bytes on a line without a pause; `whole` means a legal frame."""
+    """Bytes on a line without a pause; `whole` is true for a legal frame."""
 
     data: bytes
     whole: bool
@@ -35,7 +35,7 @@ def modbus_frame(unit: int, pdu: bytes) -> bytes:
 
 
 def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
-    """Return a strategy of requests that a PCL601 at rest accepts; unit 1 to 99, or 0 for broadcasts."""
+    """Return a strategy of requests that an idle PCL601 accepts; `unit` is 1 to 99, or 0 for broadcasts."""
     pdus = st.just(b"\x11") | _reads() | _writes() | _coils()
     return pdus.map(lambda pdu: modbus_frame(unit, pdu))
 
@@ -53,7 +53,7 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 
 def _writes() -> st.SearchStrategy[bytes]:
-    """Return a strategy of writes to registers other than commands, the address and behavior selectors."""
+    """Return a strategy of writes to registers except commands, the address and behavior selectors."""
     harmless_rows = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
     writable_rows = [row for row in harmless_rows if row.high > 1]
 
@@ -102,7 +102,7 @@ def noise(most: int = 40) -> st.SearchStrategy[bytes]:
 
 @st.composite
 def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
-    """Return a frame with one defect: a wrong bit, a byte lost, doubled or added, or the end cut off."""
+    """Return a frame with one defect: a wrong bit, a lost, doubled or added byte, or a missing end."""
     frame = draw(frames)
     position = draw(st.integers(0, len(frame) - 1))
     defect = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))

@@ -1,6 +1,6 @@
 """The compiler: one Python function per routine.
 
-The memory's cells become variables of the function, so that a tag is as fast as a variable. The compiler
+Memory cells become local variables of the function, so that a tag is as fast as a variable. The compiler
 decides addresses, widths, ranges and which conversions can overflow. The rung condition is a Python
 expression, stored in a variable only if it is used more than once. The functions have the line numbers of the
 rungs' file, so that an error in a scan refers to it.
@@ -29,7 +29,7 @@ __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "s
 
 
 FUNCTIONS_KEPT = 256
-"""Maximum functions with cached code: most are unchanged by an edit, and programs share libraries."""
+"""Maximum functions with cached code; most are unchanged by an edit, and programs share libraries."""
 
 
 def source_of(lowered: LoweredProgram) -> str:
@@ -38,11 +38,11 @@ def source_of(lowered: LoweredProgram) -> str:
 
 
 Scanner = Callable[[Engine], Callable[[int], object]]
-"""Binds a compiled program to an engine's memory; returns the function of one scan."""
+"""Binds a compiled program to an engine's memory; returns a function that runs one scan."""
 
 
 class ObservedScanner(NamedTuple):
-    """A compiled program that notes power and applies forces."""
+    """A compiled program that records power and applies forces."""
 
     bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]  # a `Scanner` with more variables
     note_count: int  # length of the list of noted power
@@ -56,7 +56,7 @@ def scanner_of(lowered: LoweredProgram) -> Scanner:
 
 
 def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> ObservedScanner:
-    """Compile a program that notes power and applies forces, see `observed`."""
+    """Compile a program that records power and applies forces, see `observed`."""
     with collector_paused():
         text = text_of(lowered, observation)
         idents = frozenset(text.idents)
@@ -86,7 +86,7 @@ def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> Ob
 
 
 def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: int) -> None:
-    """Do one scan of a controller with compiled routines."""
+    """Run one scan of a controller with compiled routines."""
     assert engine.scheduler is not None
 
     def run(name: str, at_ns: int) -> None:

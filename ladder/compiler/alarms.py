@@ -1,4 +1,4 @@
-"""ALMD and ALMA in Python text; `instructions.process.alarms` has the same steps in the same order."""
+"""ALMD and ALMA as Python text; `instructions.process.alarms` has the same steps in the same order."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class _AlarmText(MemberText):
     """The common steps of ALMD and ALMA."""
 
     def copy(self, names: Iterable[str], operands: Iterable[Resolved]) -> None:
-        """Write operands to the parameters of these names."""
+        """Write operands to the parameters with these names."""
         for name, operand in zip(names, operands, strict=True):
             self.set(**{name: self._values.condition(operand)})
 
@@ -36,7 +36,7 @@ class _AlarmText(MemberText):
         self.set(**{f"Oper{set_request}": False, f"Oper{clear_request}": False})
 
     def lasts(self, active: str) -> str:
-        """Write the timing of a condition; return a variable that is true if it has lasted long enough."""
+        """Write the timing of a condition; return a variable that is true if it lasted long enough."""
         flag = self.keep("False")
         with self.block(f"if {active}:"):
             with self.block(f"if not {self['~active']}:"):
@@ -125,7 +125,7 @@ def _write_level(alarm: _AlarmText, name: str, in_alarm: str, acknowledged: str)
 
 
 def _write_rates(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
-    """Write the sample, once per ROCPeriod, and the comparison of its rate of change."""
+    """Write the sample once per ROCPeriod, and the comparison of its rate of change."""
     period = alarm.keep(alarm["ROCPeriod"])
     with alarm.block(f"if not {alarm['~sampled']}:"):
         alarm.set(**{"~sampled": True, "~sampled_ns": "now", "~sample": alarm["In"]})

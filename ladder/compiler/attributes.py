@@ -1,4 +1,4 @@
-"""GSV in Python text: `Spec.fetch` returns the bytes of an attribute, and the lines store them."""
+"""GSV as Python code: `Spec.fetch` returns the bytes of an attribute, and the written lines store them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .rungs import RungWriter
 def write_gsv(
     rungs: RungWriter, _kind: str, instance: str | Place, _name: str, target: Place | Group
 ) -> None:
-    """Write GSV to a number, to numbers of a list or a view, or to a structure in bytes."""
+    """Write GSV for a number, numbers in a list or a view, or a structure in bytes as its destination."""
     values, line = rungs.values, rungs.writer.line
     fetched = f"fetched({values.site})"
     if isinstance(instance, Place) or (isinstance(target, Place) and target.bit is not None):

@@ -1,4 +1,4 @@
-"""Function blocks of process control in Python text: a call with the values of all members.
+"""Process control function blocks as Python code: a call with the values of all members.
 
 __1 = fetched(7, (Loop_EnableIn, Loop_PV, ...))       the block's function gets the values of all members
 Loop_PV = __1[1]                                      and returns the new ones, in the same order
@@ -13,7 +13,7 @@ from .rungs import RungWriter
 
 
 def write_block(rungs: RungWriter, group: Group, *arrays: Resolved) -> None:
-    """Write a call of a block; with a computed subscript of an array, the interpreter runs it."""
+    """Write a call to a block; if an array has a computed subscript, the interpreter runs the block."""
     kind = group.type
     assert isinstance(kind, Structure)
     if any(map(can_fault, (group, *arrays))):

@@ -1,12 +1,12 @@
-"""Calls of add-on instructions in Python: an instance is a list or bytes with an offset, as is an InOut.
+"""Calls to add-on instructions in Python: instances and InOuts are lists or bytes with an offset.
 
     addon_MIXER_LOGIC(now, frame, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
     addon_MIXER_LOGIC_at(now, frame, base, ...)
 
-Most instances are separate tags, at the beginning of their list, without an offset. The second function is
-for instances in arrays, structures and other instances; it is written on demand. `left` is the number of
-elements to the end of the array. `bit` is the mask of a bit of an integer, None for whole values; only InOuts
-that get a bit in some call have it.
+Most instances are separate tags, which begin at the start of their list and need no offset. The second
+function is for instances in arrays, structures and other instances; it is written on demand. `left` is the
+number of elements to the end of the array. `bit` is the mask of a bit in an integer, or None for whole
+values; only InOuts that receive a bit in some call have it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def parameters_of(values: ValueWriter, inouts: Sequence[str]) -> list[str]:
 
 
 def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
-    """Write the call of an add-on routine."""
+    """Write the call to an add-on routine."""
     writer = values.writer
     bits = writer.lowered.frames[call.name].bits
     frame, base, _, _ = _argument(values, call.instance)
@@ -44,12 +44,12 @@ def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
 
 
 def function_name(routine: str, *, based: bool) -> str:
-    """Return the name of an add-on routine's function; with `based`, of the function with an offset."""
+    """Return the name of an add-on routine's function; if `based`, of the function with an offset."""
     return f"addon_{routine.replace('.', '_')}{'_at' if based else ''}"
 
 
 def _argument(values: ValueWriter, operand: Place | Group) -> tuple[str, str, str, str]:
-    """Return text for the list, offset, remaining elements and bit mask of an argument."""
+    """Return text for an argument's list, offset, remaining elements and bit mask."""
     leaf = first_leaf(operand)
     texts = subscripts_kept(values, operand)
     if isinstance(operand, Group) and isinstance(operand.type, Structure):

@@ -1,6 +1,6 @@
-"""Instructions that act when their rung becomes true: the text detects the edge, the interpreter acts.
+"""Instructions that act when their rung becomes true: compiled code detects it, the interpreter acts.
 
-So an instruction is as fast as any other while its rung does not change, see `Spec.partly`.
+While its rung does not change, such an instruction is therefore as fast as any other, see `Spec.partly`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None
 
 
 def write_message(rungs: RungWriter, power: str, group: Group) -> None:
-    """Write MSG, which does nothing while it is idle or finished and the rung does not change."""
+    """Write MSG, which does nothing while it is idle or done and the rung does not change."""
     flags = rungs.values.keep(MemberText(rungs, group)["FLAGS"])
     power = rungs.kept(power)
     enabled, over = (sum(1 << MESSAGE_BITS[name] for name in names) for names in (("EN",), ("DN", "ER")))

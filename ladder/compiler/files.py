@@ -1,7 +1,7 @@
-"""Operands of instructions as Python text: structures, arrays of numbers, elements in bytes.
+"""Operands of instructions as Python code: structures, arrays of numbers, elements in bytes.
 
-They read and write in the same order as `interpreter.files`, so that both back ends detect the same fault
-first.
+The code reads and writes in the same order as `interpreter.files`, so that both back ends detect the same
+fault first.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .value_writer import ValueWriter
 
 
 class MemberText:
-    """A structure: `alarm["Acked"]` is text for a member, `alarm.set(Acked="True")` writes one."""
+    """A structure: `alarm["Acked"]` is text for a member, and `alarm.set(Acked="True")` writes a member."""
 
     def __init__(self, rungs: RungWriter, group: Group) -> None:
         self._group = group
@@ -32,7 +32,7 @@ class MemberText:
         return self._values.read(self._group.member(name))
 
     def set(self, **members: object) -> None:
-        """Write assignments of text of the members' types."""
+        """Write assignments to members; the text must have the types of the members."""
         for name, text in members.items():
             self._values.assign(self._group.member(name), str(text))
 
@@ -41,7 +41,7 @@ class ControlText(MemberText):
     """A CONTROL."""
 
     def check(self) -> None:
-        """Write a fault if LEN or POS is negative."""
+        """Write a check that faults if LEN or POS is negative."""
         length, position = self["LEN"], self["POS"]
         arguments = f"{self._values.site}, {self._group.text!r}, {length}, {position}"
         self._writer.line(f"if {length} < 0 or {position} < 0: negative_control({arguments})")
@@ -53,9 +53,9 @@ class ControlText(MemberText):
 
 
 class ElementText:
-    """Elements of an array of numbers from an operand on; writes the checks of its subscripts.
+    """Elements of an array of numbers, starting at an operand; writes the checks of its subscripts.
 
-    Only for operands with `has_elements`.
+    Only for operands for which `has_elements` is true.
     """
 
     def __init__(self, rungs: RungWriter, operand: Resolved) -> None:
@@ -70,7 +70,7 @@ class ElementText:
         self.left = rungs.values.kept_number(elements_left(rungs, self.region, texts))
 
     def check(self, number: str) -> None:
-        """Write a fault for an element number beyond the array."""
+        """Write a check that faults if an element number is beyond the array."""
         arguments = f"{number}, {self.left}, {self._values.site}, {self.region.text!r}"
         if not (number.isdigit() and self.left.isdigit() and int(number) < int(self.left)):
             self._writer.line(f"if not 0 <= {number} < {self.left}: outside({arguments})")
@@ -86,7 +86,7 @@ class ElementText:
 
 
 def has_elements(rungs: RungWriter, operand: Resolved) -> bool:
-    """Whether an operand is an array of numbers in a list or a view."""
+    """Return whether an operand is an array of numbers in a list or a view."""
     assert isinstance(operand, (Place, Group))
     leaf = first_leaf(operand)
     spot = rungs.writer.layout.spot(leaf)
@@ -110,7 +110,7 @@ def converted_text(term: Term, kind: Elementary) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ByteEnd:
-    """Elements in bytes from an operand on."""
+    """Elements in bytes, starting at an operand."""
 
     tag: str  # variable of the bytes
     at: str  # text for the first byte
@@ -120,7 +120,7 @@ class ByteEnd:
 
 
 def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
-    """Return an operand in bytes with its subscripts checked, None if it is not in bytes."""
+    """Return an operand in bytes, after writing checks of its subscripts; None if it is not in bytes."""
     assert isinstance(operand, (Place, Group))
     values, leaf = rungs.values, first_leaf(operand)
     if isinstance(operand.type, Structure):
@@ -146,7 +146,7 @@ def subscripts_kept(values: ValueWriter, operand: Place | Group) -> list[str]:
 
 
 def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], size: int = 1) -> str:
-    """Return text for the number of elements from an element, by subscripts, to the end of its array.
+    """Return text for the number of elements from the one at these subscripts to the end of its array.
 
     Args:
         size: factor for the result, such as an element's number of bytes.

@@ -1,12 +1,12 @@
-"""Variants of a compiled program that note power or apply forces.
+"""Variants of a compiled program that record power or apply forces.
 
-They are compiled on demand, so the plain program has no extra cost.
+They are compiled on demand, so they do not slow the plain program down.
 
 Noting: a rung collects the power after its instructions in variables and stores them in a list at its end,
 see `power_notes`, and `statements` for structured text.
 
 Forcing: a line after every assignment to a forced variable forces it again. The value is still computed,
-because this may record a fault. Lists are forced in the memory, see `debug.forces.ForcedList`.
+because the computation may record a fault. Lists are forced in memory, see `debug.forces.ForcedList`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NOTES = "__notes"
 """Name of the list of noted power inside routines."""
 
 LineKey = tuple[str, int]
-"""A routine, in capitals, and the number of its rung or line."""
+"""A routine name in uppercase, and the number of a rung or line in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction, a place and a threshold, and more of them: with power after it, all are exceeded."""
+"""For each instruction, one or more places with thresholds; power after it means that all are exceeded."""
 
 
 class NoteList:
-    """The list of noted power: a place for each line, then additional places."""
+    """The list of noted power: one place per line, followed by additional places."""
 
     def __init__(self, lines: int) -> None:
         self.size = lines
@@ -55,7 +55,7 @@ class NoteList:
         self._places: dict[tuple[int, int], int] = {}
 
     def extra_place(self, line: int, number: int) -> int:
-        """Return an additional place of a line, from 1; every compilation of the line gets the same one."""
+        """Return an additional place for a line, from 1; every compilation gets the same place."""
         place = self._places.setdefault((line, number), self.size)
         self.size += place == self.size
         return place
@@ -71,13 +71,13 @@ class Notes:
 
     @staticmethod
     def of_routine(observation: Observation, note_list: NoteList, routine: str) -> Notes:
-        """Return the notes of a routine, in capitals."""
+        """Return the notes for a routine; its name is in uppercase."""
         noted = enumerate(observation.noted)
         places = {number: place for place, (name, number) in noted if name == routine}
         return Notes(places, note_list, observation.forced)
 
     def place(self, number: int) -> str | None:
-        """Return text for the place of a line, None if the line is not noted."""
+        """Return text for the place of a line; None if the line is not noted."""
         place = self.places.get(number)
         return None if place is None else f"{NOTES}[{place}]"
 
@@ -91,7 +91,7 @@ class Notes:
 
 
 def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, ...] | None:
-    """Return the noted truth of a line, None if it did not run.
+    """Return the noted truth of a line; None if it did not run.
 
     >>> truth_of([2, True], 0, ((0, 0, ()), (0, 1, ()), (0, 2, ()), (0, 1, ((1, 0),))))
     (True, True, False, True)
@@ -108,7 +108,7 @@ def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, .
 
 
 def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
-    """Whether a line ran with power after its last instruction."""
+    """Return whether a line ran with power after its last instruction."""
     first = notes[line]
     if isinstance(first, tuple):
         return bool(first) and bool(first[-1])
@@ -143,7 +143,7 @@ class ForceInserter(ast.NodeTransformer):
 
     @override
     def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
-        """Return the assignment and the line after it."""
+        """Return the assignment, followed by a line that forces the variable if it is forced."""
         forced = [
             self._force_lines[target.id]
             for target in node.targets
@@ -159,7 +159,7 @@ def _force(ident: str, *, in_part: bool) -> str:
 
 
 def _at_position_of(line: ast.stmt, statement: ast.stmt) -> ast.stmt:
-    """Return a line with the source position of another one, for error messages."""
+    """Return a line with another line's source position, for error messages."""
     for node in ast.walk(line):
         if isinstance(node, (ast.expr, ast.stmt)):
             ast.copy_location(node, statement)

@@ -1,4 +1,4 @@
-"""FAL and FSC in Python text, see `instructions.arrays`."""
+"""FAL and FSC as Python code, see `instructions.arrays`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .rungs import RungWriter
 def _write_passes(
     rungs: RungWriter, power: str, control: ControlText, mode: str, write_element: Callable[[], None]
 ) -> None:
-    """Write the loop of one scan.
+    """Write the loop that runs in one scan.
 
-    The passes count down to the watchdog's limit, and their backward jumps are counted at the end.
+    The passes count toward the watchdog's limit; their backward jumps are counted at the end.
 
     Args:
         write_element: writes the code for the element at POS; its `break` ends the loop.

@@ -1,4 +1,4 @@
-"""PID in Python text; `instructions.process.process` has the same steps in the same order."""
+"""PID as Python code; `instructions.process.process` has the same steps in the same order."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class _LoopText(MemberText):
             self._values.set_bit(self._group.member(name), str(text))
 
     def round(self, **texts: str) -> None:
-        """Write members, rounded to REAL."""
+        """Write members, rounding them to REAL."""
         self.set(**{name: f"real({text})" for name, text in texts.items()})
 
     def number(self, operand: Resolved) -> str:
-        """Return a variable of a number as REAL."""
+        """Return a variable that contains a number as REAL."""
         return self.keep(self._values.term(operand, SINGLE).text)
 
     def record(self, text: str, code: int) -> None:
@@ -96,7 +96,7 @@ def _write_measure(loop: _LoopText, raw: str) -> None:
 
 
 def _write_states(loop: _LoopText) -> None:
-    """Write the alarm bits and the crossing of zero."""
+    """Write the alarm bits and the detection of zero crossing."""
     value, error = loop["PV"], loop.keep(f"{loop['SP']} - {loop['PV']}")
 
     def band(name: str, bit: str) -> str:
@@ -114,7 +114,7 @@ def _write_states(loop: _LoopText) -> None:
 
 
 def _write_output(loop: _LoopText, output: str) -> None:
-    """Write OUT in percent to a variable: computed, tieback or SO."""
+    """Write OUT, in percent, to a variable: the computed output, tieback or SO."""
     line = loop._writer.line
     with loop.block(f"if {loop.bit('MO')} or {loop.bit('SWM')}:"):
         line(f"{output} = {loop['TIE']} if {loop.bit('MO')} else {loop['SO']}")
@@ -135,7 +135,7 @@ def _write_output(loop: _LoopText, output: str) -> None:
 
 
 def _gains(loop: _LoopText) -> tuple[str, str, str]:
-    """Return the variables of the three gains; the integral gain is per second."""
+    """Return variables with the three gains; the integral gain is per second."""
     kp, ki, kd = (loop.keep(loop[name]) for name in ("KP", "KI", "KD"))
     with loop.block(f"if {loop.bit('PE')}:"):
         loop._writer.line(f"{ki}, {kd} = {kp} / (60 * {ki}) if {ki} else 0.0, {kp} * 60 * {kd}")
@@ -143,7 +143,7 @@ def _gains(loop: _LoopText) -> tuple[str, str, str]:
 
 
 def _write_change(loop: _LoopText) -> str:
-    """Return a variable with the rate of change of the error or of -PV, in percent per second."""
+    """Return a variable with the rate at which the error or -PV changes, in percent per second."""
     current = loop.keep(
         f"{loop['ERR']} if {loop.bit('DOE')} else {loop['PV']} if {loop.bit('CA')} else -{loop['PV']}"
     )

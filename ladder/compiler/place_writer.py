@@ -1,4 +1,4 @@
-"""Places in Python: tags, elements, bits and strings, read and written."""
+"""Python code that reads and writes places: tags, elements, bits and strings."""
 
 from __future__ import annotations
 
@@ -59,17 +59,17 @@ class PlaceWriter(ABC):
         return f"({word} >> {number_text} & 1 != 0)"
 
     def word(self, place: Place) -> str:
-        """Return text for the value of a place, or for the integer that the place is a bit of."""
+        """Return text for the value of a place; for a bit, text for the integer that contains it."""
         name, element = self.writer.name(place.leaf), self.element(place)
         return f"{name}[{element}]" if element else name
 
     def is_packed(self, leaf: Leaf) -> bool:
-        """Whether a leaf's values are bits in bytes."""
+        """Return whether a leaf's values are bits in bytes."""
         spot = self.writer.layout.spot(leaf)
         return spot is not None and spot.view == BITS
 
     def element(self, place: Place) -> str:
-        """Return text for the list index of a place, "" without a list."""
+        """Return text for the list index of a place; "" if it is not in a list."""
         leaf = place.leaf
         if not leaf.dims and self.writer.layout.spot(leaf) is None:
             return ""
@@ -194,7 +194,7 @@ class PlaceWriter(ABC):
         self.writer.line(f"{target} = {changed or f'{on} if {text} else {off}'}")
 
     def byte_of(self, leaf: Leaf, subscripts: Sequence[str]) -> tuple[str, str]:
-        """Return text for the byte and the mask of a BOOL; the mask may use a variable that the byte sets."""
+        """Return text for the byte and mask of a BOOL; the mask may use a variable set by the byte."""
         spot = self.writer.layout.spot(leaf)
         assert spot is not None
         fixed, bit_terms = spot.part.offset, list[str]()
@@ -254,7 +254,7 @@ class PlaceWriter(ABC):
         return f"_in({self.store_of(leaf)}, {leaf.frame!r}, {path!r}, {first}"
 
     def stores(self) -> str:
-        """Return text for all stores of an add-on instruction by `Leaf.root`, "" in a program."""
+        """Return text for all stores of an add-on instruction by `Leaf.root`; "" in a program."""
         layout = self.writer.layout
         if not isinstance(layout, FrameLayout):
             return ""
@@ -265,7 +265,7 @@ class PlaceWriter(ABC):
         return f"{{{', '.join(stores)}}}"
 
     def store_of(self, leaf: Leaf) -> str:
-        """Return text for the store of a leaf; None is the program's memory."""
+        """Return text for the store of a leaf; the text `None` means the program's memory."""
         if not leaf.root:
             return "None"
         return f"stretch({leaf.frame!r}, {', '.join(self.writer.handed(leaf.root))})"

@@ -1,7 +1,7 @@
 """Replaces the line numbers in compiled Python with line numbers of the source file.
 
-Replacing them in the code needs a fraction of the time and memory of a tree of `ast`. A code object stores
-them as a table of entries, one for up to eight units of two bytes:
+Replacing them in the code takes a fraction of the time and memory that an `ast` tree would. A code object
+stores them as a table of entries, each for up to eight two-byte units:
 
     1 kkkk nnn    kind k and n + 1 units; then the data of the kind
     kind 13       no columns: the difference to the line before, signed, six bits a byte
@@ -36,7 +36,7 @@ def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
 
 
 def _stretches(code: CodeType, lines: Sequence[int]) -> Iterator[tuple[int | None, int]]:
-    """Yield the new line of each stretch of code, and the offset of its end."""
+    """Yield the new line number and the end offset of each stretch of code."""
     line, until = None, 0
     for start, end, old in code.co_lines():
         new = None if old is None else lines[old - 1]
@@ -47,7 +47,7 @@ def _stretches(code: CodeType, lines: Sequence[int]) -> Iterator[tuple[int | Non
 
 
 def _entries(units: int, difference: int | None) -> bytes:
-    """Return the line table entries of code units of one line.
+    """Return the line table entries for code units of one line.
 
     >>> _entries(2, 3).hex(), _entries(9, -1).hex(), _entries(1, None).hex(), _entries(1, 40).hex()
     ('e906', 'ef03e800', 'f8', 'e85001')
@@ -65,7 +65,7 @@ def _entries(units: int, difference: int | None) -> bytes:
 
 
 def _signed(number: int) -> bytes:
-    """Encode a number in six bits per byte, lowest first, the sign in the lowest bit."""
+    """Encode a number with six bits per byte, lowest bits first and the sign in the lowest bit."""
     zigzag = -number << 1 | 1 if number < 0 else number << 1
     encoded = bytearray()
     while zigzag > 0x3F:

@@ -2,7 +2,7 @@
 
     XIC(a)XIO(b)[XIC(c)XIC(d),XIC(e)]OTE(f)
 
-    __1 = 0 if not (a) else 1 if not (not b) else 2     how far power came in a run of inputs
+    __1 = 0 if not (a) else 1 if not (not b) else 2     how far power got in a run of inputs
     __2 = __1 == 2
     __3 = False
     if __2:                                             skipped without power
@@ -37,7 +37,7 @@ from .writer import both, either_of
 _ALWAYS, _NEVER = -1, 1 << 30  # thresholds for always and for never
 
 Above = tuple[str, int]
-"""A variable and a threshold: there is power if the variable is greater."""
+"""A variable and a threshold: there is power if the variable is greater than the threshold."""
 
 
 def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
@@ -96,7 +96,7 @@ class NotedRung:
         return power
 
     def _add_powers(self, power: str, count: int = 1) -> None:
-        """Add the power after `count` instructions: a variable is true."""
+        """Add the power after `count` instructions, which is on if a variable is true."""
         self._powers += [(*self._guards, self._power_as_above.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
@@ -127,7 +127,7 @@ class NotedRung:
         return result
 
     def _is_idle_without_power(self, node: Node) -> bool:
-        """Whether a node does nothing on a false rung."""
+        """Return whether a node does nothing on a false rung."""
         if isinstance(node, Parallel):
             return all(self._is_idle_without_power(element) for leg in node.legs for element in leg)
         return _acts_plainly(node) or bool(self._rungs.inline_run((node,)))
@@ -149,7 +149,7 @@ class NotedRung:
         return first, least, tuple(more)
 
     def _note_variables(self, names: Iterator[str], *, last: bool = False) -> None:
-        """Note each variable once; with `last`, the first of them goes to the line's first place."""
+        """Note each variable once; with `last`, the first variable goes to the line's first place."""
         fresh = [name for name in dict.fromkeys(names) if name not in self._place_of_variable]
         if last and not fresh:
             fresh = ["True"]

@@ -1,4 +1,4 @@
-"""A lowered program as Python text: one function per routine; the main one is `scan`."""
+"""A lowered program as Python code, with one function per routine; the main function is `scan`."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _NAMES = re.compile(r"[^\W\d]\w*")
 
 @dataclass(frozen=True, slots=True)
 class FunctionText:
-    """The Python of a routine's function: lines with their line numbers in the source file."""
+    """The Python code of a routine's function: lines with their line numbers in the source file."""
 
     name: str
     routine: LoweredRoutine
     lines: Sequence[tuple[str, int]]
 
     def used(self) -> set[str]:
-        """Return all names in it."""
+        """Return all names in the code."""
         return set(_NAMES.findall("\n".join([text for text, _ in self.lines])))
 
     def unit(self, idents: Set[str]) -> tuple[str, list[int]]:
-        """Return the text to compile, without comments, and the source line of each line."""
+        """Return the code to compile, without comments, and the source line number of each line."""
         head = f"def program({', '.join(sorted(self.used() & idents))}):"
         body = [(text, line) for text, line in self.lines if text and not text.lstrip().startswith("#")]
         texts = [head, f"{INDENT}global {self.name}", *(INDENT + text for text, _ in body)]
@@ -42,7 +42,7 @@ class FunctionText:
 
 @dataclass(frozen=True, slots=True)
 class ProgramText:
-    """The Python of a program."""
+    """The Python code of a program."""
 
     idents: Sequence[str]  # its variables
     parts: Sequence[FunctionText]  # its functions, add-on routines included
@@ -52,7 +52,7 @@ class ProgramText:
 
     @property
     def text(self) -> str:
-        """The text as one function, for readers."""
+        """The code as one function, for people to read."""
         used = {name for part in self.parts for name in part.used()}
         lines = [f"def program({', '.join(ident for ident in self.idents if ident in used)}):"]
         if self.parts:
@@ -63,7 +63,7 @@ class ProgramText:
 
 
 def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> ProgramText:
-    """Return the Python of a program, with the lines that note the power of an observation."""
+    """Return the Python code of a program, including lines that note the power of observed rungs."""
     note_list = NoteList(len(observation.noted))
     notes = partial(Notes.of_routine, observation, note_list)
     functions = _function_names(lowered)
@@ -110,7 +110,7 @@ def _function_lines(
     *,
     based: bool = False,
 ) -> list[tuple[str, int]]:
-    """Return the lines of a function; collect the add-on routines that it calls in `called`."""
+    """Return the lines of a function; add the add-on routines that it calls to `called`."""
     writer = Writer(lowered, routine.frame, based=based, routine=routine.name)
     rungs = RungWriter(writer, functions, notes)
     if routine.name.upper() == lowered.main and lowered.override:
@@ -138,7 +138,7 @@ def _function_lines(
 
 
 def _write_rung(writer: Writer, rungs: RungWriter, line: LoweredLine, *, preempted: bool) -> None:
-    """Write a rung, and a call of the scheduler after it if the program can be preempted."""
+    """Write a rung, followed by a call to the scheduler if the program can be preempted."""
     writer.begin(line)
     power = f"not {rungs.override}" if writer.lowered.override else "True"
     write_rung(rungs, line, power)

@@ -1,6 +1,6 @@
-"""Queues, stacks and shifted bits in Python text, see `instructions.shifts`.
+"""Queues, stacks and shifted bits as Python code, see `instructions.shifts`.
 
-Python is written for arrays of numbers in lists and views, and for structures in bytes; other arrays are
+Arrays of numbers in lists and views, and structures in bytes, are compiled to Python; other arrays are
 interpreted.
 """
 
@@ -41,7 +41,7 @@ def write_load(rungs: RungWriter, power: str, source: Resolved, queue: Resolved,
 
 
 def _can_be_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> bool:
-    """Whether a queue, and the structure that is loaded or unloaded, can be written as Python."""
+    """Return whether a queue, and the structure that is loaded or unloaded, can be written as Python."""
     if has_elements(rungs, queue):
         return not isinstance(single, Group) and not (isinstance(single, Place) and single.bit is not None)
     return all(isinstance(group, Group) and _in_bytes(rungs, group) for group in (queue, single))
@@ -54,7 +54,7 @@ def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
 
 
 def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: str) -> None:
-    """Write the loading of an item."""
+    """Write code that loads an item."""
     line, keep = rungs.writer.line, rungs.values.keep
     if has_elements(rungs, queue):
         elements = ElementText(rungs, queue)
@@ -80,7 +80,7 @@ def _write_level(control: ControlText) -> None:
 
 
 def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, Group], None]:
-    """Return the writer of FFU, or of LFU."""
+    """Return the writer of FFU or LFU."""
 
     def write(rungs: RungWriter, power: str, queue: Resolved, target: Resolved, group: Group) -> None:
         if not _can_be_written(rungs, queue, target):
@@ -103,7 +103,7 @@ def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, 
 def _write_unloaded_number(
     rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
 ) -> None:
-    """Write the unloading of a number, and the move of the remaining elements."""
+    """Write code that unloads a number and moves the remaining elements."""
     assert isinstance(target, Place)
     values, line = rungs.values, rungs.writer.line
     elements = ElementText(rungs, queue)
@@ -125,7 +125,7 @@ def _write_unloaded_number(
 def _write_unloaded_structure(
     rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
 ) -> None:
-    """Write the unloading of a structure in bytes, and the move of the remaining elements."""
+    """Write code that unloads a structure in bytes and moves the remaining elements."""
     assert isinstance(queue, Group)
     line, keep = rungs.writer.line, rungs.values.keep
     queue_end, target_end = byte_end(rungs, queue), byte_end(rungs, target)
@@ -162,7 +162,7 @@ def _write_move_down(
 
 
 def write_shift(left: bool) -> Callable[[RungWriter, str, Resolved, Group, Place], None]:
-    """Return the writer of BSL, or of BSR."""
+    """Return the writer of BSL or BSR."""
 
     def write(rungs: RungWriter, power: str, array: Resolved, group: Group, source: Place) -> None:
         control, block = ControlText(rungs, group), rungs.writer.block

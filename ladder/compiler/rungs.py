@@ -1,6 +1,6 @@
-"""Rungs in Python: power through series and branches.
+"""Rungs as Python code: power through series and branches.
 
-The `Spec` of an instruction writes its Python through the `RungWriter`.
+The `Spec` of an instruction writes its Python code through the `RungWriter`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RungWriter:
         return self._write(step)
 
     def inline_run(self, nodes: tuple[Node, ...]) -> tuple[LoweredStep, ...]:
-        """Return the leading inputs of a series that are one expression each."""
+        """Return the leading inputs of a series that each compile to one expression."""
         steps = takewhile(lambda node: isinstance(node, LoweredStep) and _is_inline(node), nodes)
         return tuple(step for step in steps if isinstance(step, LoweredStep))
 
@@ -116,11 +116,11 @@ class RungWriter:
         return ""
 
     def interpret(self, *power: str) -> None:
-        """Write a call of the interpreter for the current instruction, by default as on a true rung."""
+        """Write a call to the interpreter for the current instruction, by default as on a true rung."""
         self.writer.line(self._interpretation(*power))
 
     def interpreted(self) -> str:
-        """Write a call of the interpreter for an input; return the power after it."""
+        """Write a call to the interpreter for an input; return the power after it."""
         return self.values.keep(self._interpretation())
 
     def _interpretation(self, *power: str) -> str:
@@ -139,7 +139,7 @@ class RungWriter:
         return result
 
     def either(self, power: str, when_true: Callable[[], None], when_false: Callable[[], None]) -> None:
-        """Write an instruction's action on a true rung and its action on a false rung."""
+        """Write an instruction's actions on a true rung and on a false rung."""
         if power == "True":
             when_true()
         elif power == "False":
@@ -152,7 +152,7 @@ class RungWriter:
 
 
 def _first_of_last_outputs(nodes: tuple[Node, ...]) -> int:
-    """Return the index of the first trailing output that only acts when true."""
+    """Return the index of the first of the trailing outputs that act only when true."""
     return len(nodes) - sum(1 for _ in takewhile(_acts_when_true, reversed(nodes)))
 
 
@@ -161,7 +161,7 @@ def _acts_when_true(node: Node) -> bool:
 
 
 def _is_inline(node: Node, *, safe: bool = False) -> bool:
-    """Whether a node is an input of one expression; with `safe`, also whether it can't fault."""
+    """Return whether a node is an input that is one expression and, with `safe`, can't fault."""
     if isinstance(node, Parallel):
         return all(_is_inline(element, safe=safe) for leg in node.legs for element in leg)
     spec = node.spec

@@ -1,4 +1,4 @@
-"""SQI, SQO and SQL in Python text, see `instructions.sequencers`."""
+"""SQI, SQO and SQL as Python code, see `instructions.sequencers`."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from .rungs import RungWriter
 
 
 def _integer(rungs: RungWriter, operand: Resolved) -> str:
-    """Return a variable of an integer operand."""
+    """Return a variable that contains an integer operand."""
     return rungs.values.keep(rungs.values.term(operand, DINT.bits).text)
 
 
 def _element(rungs: RungWriter, table: Resolved, number: str) -> str:
-    """Write the check of an element; return text for it."""
+    """Write the check of an element number; return text for the element."""
     elements = ElementText(rungs, table)
     elements.check(number)
     return elements[number]
 
 
 def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> str:
-    """Write SQI; return text for whether the input matches the step."""
+    """Write SQI; return text that is true if the input matches the step."""
     if not has_elements(rungs, table):
         return rungs.interpreted()
     control, keep = ControlText(rungs, group), rungs.values.keep
@@ -37,7 +37,7 @@ def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolv
 
 
 def _write_step(rungs: RungWriter, control: ControlText) -> str:
-    """Write the move to the next step; return a variable that is true if LEN and POS are valid."""
+    """Write code that moves to the next step; return a variable that is true if LEN and POS are valid."""
     block = rungs.writer.block
     valid = rungs.values.keep("False")
     with block(f"if {control['LEN']} <= 0 or {control['POS']} < 0:"):

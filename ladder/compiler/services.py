@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Services:
-    """Functions of one engine, by their names in the compiled program."""
+    """Functions for one engine; their names are as in the compiled program."""
 
     def __init__(self, engine: Engine, interpreted: Mapping[int, LoweredStep]) -> None:
         self._engine = engine
@@ -59,13 +59,13 @@ class Services:
         interpreter.take(parameters_of(self._interpreted[site])[1][number : number + 1], (value,))
 
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
-        """Return an index in range, or fault."""
+        """Return an index if it is in range; fault if it is not."""
         if not 0 <= index < length:
             self._fault_log.subscript(site, tag, index, length)
         return index
 
     def outside(self, index: int, length: int, site: int, tag: str) -> int:
-        """Fault on a subscript out of range."""
+        """Fault on an out-of-range subscript."""
         self._fault_log.subscript(site, tag, index, length)
 
     def negative(self, site: int, tag: str, preset: int, accumulated: int) -> None:
@@ -74,14 +74,14 @@ class Services:
             self._fault_log.negative_timer(site, tag, preset, accumulated)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
-        """Wrap a number to the computation's width, then to the tag's."""
+        """Wrap a number to the width of the computation, then to that of the tag."""
         result = arithmetic.wrap(arithmetic.wrap(value, width), bits)
         if result != value:
             self._fault_log.overflow(site)
         return result
 
     def integer(self, site: int, value: float, bits: int) -> int:
-        """Convert REAL to an integer."""
+        """Convert a REAL to an integer."""
         exact = arithmetic.whole(value)
         result = arithmetic.wrap(exact, bits)
         if result != exact or not arithmetic.finite(value):
@@ -109,7 +109,7 @@ class Services:
         return arithmetic.remainder(a, b)
 
     def real_result(self, site: int, value: float, *operands: float) -> float:
-        """Round a REAL result; record a fault if it is not finite but its operands are."""
+        """Round a REAL result; record a fault if the result is not finite but its operands are."""
         result = arithmetic.real(value)
         if result - result != 0.0 and all(map(arithmetic.finite, operands)):  # faster than a call of `finite`
             self._fault_log.overflow(site)
@@ -128,7 +128,7 @@ class Services:
         return self.real_result(site, arithmetic.real_remainder(a, b), a, b)
 
     def double_result(self, site: int, value: float, *operands: float) -> float:
-        """Record a fault if an LREAL result is not finite but its operands are."""
+        """Return an LREAL result; record a fault if it is not finite but its operands are."""
         if not arithmetic.finite(value) and all(map(arithmetic.finite, operands)):
             self._fault_log.overflow(site)
         return value
@@ -155,7 +155,7 @@ class Services:
         origin: Store | None = None,
         goal: Store | None = None,
     ) -> None:
-        """Copy bytes between regions; without a store they are in the program's memory."""
+        """Copy bytes between regions; a region without a store is in the program's memory."""
         copy((origin or self._memory, source, first), (goal or self._memory, target, target_first), length)
 
     def fill(
@@ -235,7 +235,7 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
 
 
 class Regions(dict[tuple[int, int], ArrayRegion]):
-    """Regions of copying and filling instructions by site and operand, computed at the first use."""
+    """Regions of copy and fill instructions by site and operand, computed on first use."""
 
     def __init__(self, operands: Mapping[tuple[int, int], Resolved]) -> None:
         self._operands = operands

@@ -1,7 +1,7 @@
-"""Structured text in Python: IF is `if`, loops are `while`, a CASE compares its stored selector.
+"""Structured text as Python code: IF is `if`, loops are `while`, and CASE compares its stored selector.
 
-An `elif` can't have a condition that needs its own lines. An IF with such a condition first selects the
-arm, in lines without deeper nesting per ELSIF, and then runs it.
+A condition that needs extra lines can't be in an `elif`. An IF with such a condition first selects its arm,
+without nesting deeper for each ELSIF, and then runs it.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class StatementWriter:
         return chosen
 
     def _is_one_expression(self, line: LoweredLine) -> bool:
-        """Whether a condition needs no extra lines."""
+        """Return whether a condition needs no extra lines."""
         return not self._is_noted(line) and is_plain(_step_of(line).operands[0])
 
     # --- CASE

@@ -1,4 +1,4 @@
-"""Strings in bytes as Python text that reads and writes them without a call."""
+"""Strings in bytes, as Python code that reads and writes them without a call."""
 
 from __future__ import annotations
 

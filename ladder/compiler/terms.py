@@ -1,4 +1,4 @@
-"""Values as Python text with their ranges, and integer operations on them."""
+"""Values as Python code with their ranges, and integer operations on them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..model.operators import FUNCTIONS, RELATIONS
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A value as Python text."""
+    """A value as Python code."""
 
     text: str  # an expression: a name, a number or something in parentheses
     low: int = 0  # lowest possible value, for an integer
@@ -21,7 +21,7 @@ class Term:
     double: bool = False  # whether it needs rounding to be a REAL
 
     def fits(self, bits: int) -> bool:
-        """Whether it is an integer that never overflows that many bits."""
+        """Return whether it is an integer that never overflows that many bits."""
         half = 1 << bits - 1
         return not self.real and -half <= self.low and self.high < half
 
@@ -54,7 +54,7 @@ def integer_operation(name: str, terms: list[Term], site: int) -> Term:
 
 
 def times(text: str, stride: int) -> str:
-    """Return text for a product with a stride.
+    """Return text for the product of a text and a stride.
 
     >>> times("i", 3), times("i", 1)
     ('i * 3', 'i')
@@ -63,7 +63,7 @@ def times(text: str, stride: int) -> str:
 
 
 def calculates(operand: Resolved) -> bool:
-    """Whether an operand or a subscript contains a calculation, which may need its own lines."""
+    """Return whether an operand or a subscript contains a calculation, which may need its own lines."""
     if isinstance(operand, Calculation):
         return True
     if isinstance(operand, (Place, Group)):
@@ -75,7 +75,7 @@ def calculates(operand: Resolved) -> bool:
 
 
 def is_plain(condition: Resolved) -> bool:
-    """Whether a condition is one expression without effects or faults."""
+    """Return whether a condition is one expression without effects or faults."""
     if can_fault(condition):
         return False
     if not isinstance(condition, Calculation):

@@ -1,4 +1,4 @@
-"""Operands in Python: computing, comparing and storing."""
+"""Operands as Python code: computing, comparing and storing."""
 
 from __future__ import annotations
 
@@ -221,7 +221,7 @@ class ValueWriter(PlaceWriter):
         self.assign_result(target, f"{value} if {kind.lowest} <= {value} <= {kind.highest} else {otherwise}")
 
     def store_bits(self, target: Place, text: str, *, direct: bool) -> None:
-        """Write lines that store a bit pattern in an integer; `direct`: it has the target's width."""
+        """Write lines that store a bit pattern in an integer; `direct` means it has the target's width."""
         self.clear_flags()
         result = text if direct and target.type.is_signed else f"wrap({text}, {target.type.wraps})"
         self.assign_result(target, result)

@@ -1,4 +1,4 @@
-"""The writer of Python lines, and the names in them."""
+"""The writer of Python lines, and of the names in them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Writer:
     def begin(self, line: LoweredLine) -> None:
         """Begin a rung or a line of structured text: write comment, number and text as Python comments.
 
-        The temporaries of the previous rung or line may be used again.
+        The temporary variables of the previous rung or line may be reused.
 
         Raises:
             TooLongError: the function has too many lines.
@@ -69,7 +69,7 @@ class Writer:
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
-        """Write a head and indent the lines inside; an empty block gets `pass`."""
+        """Write a block's first line and indent the lines inside; an empty block gets `pass`."""
         self.line(head)
         self._depth += 1
         start = len(self.lines)
@@ -84,7 +84,7 @@ class Writer:
             self.line("pass")
 
     def texts(self) -> dict[str, str]:
-        """Return the variables of the strings that the preceding string instructions have stored, by place.
+        """Return the variables with the strings that preceding string instructions have stored, by place.
 
         They are valid in the current block. A variable is None if its instruction stored nothing.
         """
@@ -107,7 +107,7 @@ class Writer:
         return f"__kept_{self._lasting}"
 
     def name(self, leaf: Leaf) -> str:
-        """Return the variable of a leaf, of its list, or of the view of its bytes."""
+        """Return the variable that contains a leaf, its list, or the view of its bytes."""
         spot = self.layout.spot(leaf)
         if spot is not None:
             return spot.variable
@@ -121,12 +121,12 @@ class Writer:
         return leaf.is_image and (leaf.output or leaf.ident in self.lowered.written_inputs)
 
     def assigned(self, leaf: Leaf) -> None:
-        """Note an assigned leaf, unless it is an element of a list."""
+        """Record that a leaf is assigned, unless it is an element of a list."""
         if not leaf.dims and self.layout.spot(leaf) is None:
             self.written.add(leaf.ident)
 
     def handed(self, root: str) -> list[str]:
-        """Return the variables of an instance or of an InOut, by `Leaf.root`."""
+        """Return the variables of an instance or an InOut, by `Leaf.root`."""
         if root == OWN:
             return [FRAME, BASE] if self._based else [FRAME]
         assert isinstance(self.layout, FrameLayout)
@@ -135,17 +135,17 @@ class Writer:
         return [name, f"{name}_at", f"{name}_left", *bit]
 
     def base(self, leaf: Leaf, spot: Spot) -> str:
-        """Return text for the start of a stretch in its list or view, "" for 0."""
+        """Return text for the start of a stretch in its list or view; "" for 0."""
         return "" if not spot.base or (leaf.root == OWN and not self._based) else spot.begin_text
 
     def mask(self, leaf: Leaf) -> str:
-        """Return the variable of an InOut's bit mask, "" if it is never a bit."""
+        """Return the variable with an InOut's bit mask; "" if the InOut is never a bit."""
         if leaf.root not in self._bits:
             return ""
         return self.handed(leaf.root)[3]
 
     def elements_left(self, leaf: Leaf) -> str:
-        """Return the variable of the remaining elements of an InOut, "" if it is not an array."""
+        """Return the variable with an InOut's number of remaining elements; "" if it is not an array."""
         if leaf.outer != 1:
             return ""
         return self.handed(leaf.root)[2]

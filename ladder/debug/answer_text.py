@@ -1,4 +1,4 @@
-"""The answer to "why" in at most six lines: the value with its time, then the path to the cause.
+"""The answer to "why" in at most six lines: the value and its time, then the path to the cause.
 
     Lamp is off since 9 s (scan 4,500): Main rung 1: XIC(Run)
       because Run is off since 9 s: Main rung 0: XIC(Stop)
@@ -24,7 +24,7 @@ MOST_LINES = 6
 """Maximum number of lines of an answer."""
 
 MOST_REASONS = 3
-"""Maximum number of links between the value and the cause."""
+"""Maximum number of links shown between the value and the cause."""
 
 MOST_VALUES = 4
 """Maximum number of values in a line."""
@@ -33,11 +33,11 @@ MOST_ALSO = 2
 """Maximum number of other causes in the last line."""
 
 AT_REST = ("never", "setting", "timer")
-"""Kinds of links whose text includes a time."""
+"""Kinds of links whose text already includes a time."""
 
 
 def answer_text(link: CauseLink, *, deep: bool = False) -> str:
-    """Return a chain as an answer of at most six lines; with `deep`, the whole chain follows."""
+    """Return a chain as an answer of at most six lines; if `deep`, append the whole chain."""
     path = link.path
     links = list(path[1:-1])
     lines = [_line("", link, _scan_text(link))]
@@ -61,7 +61,7 @@ def answer_text(link: CauseLink, *, deep: bool = False) -> str:
 
 
 def _folded(line: str) -> list[str]:
-    """Wrap a line of a chain into lines of readable length, with a hanging indent."""
+    """Wrap a line of a chain to a readable length, with a hanging indent."""
     indent = " " * (len(line) - len(line.lstrip()) + 4)
     return wrap(line, LONGEST, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
@@ -83,7 +83,7 @@ def _other_causes(link: CauseLink) -> str:
 
 
 def _ends(link: CauseLink) -> Iterator[CauseLink]:
-    """Yield the last links of the other causes that were needed along the path."""
+    """Yield the last links of other causes that were also needed along the path."""
     for stage in link.path:
         for group in stage.causes:
             if len(group) == 1 and group[0] not in link.path:
@@ -144,7 +144,7 @@ def _place_and_text(link: CauseLink) -> str:
 
 
 def _values(link: CauseLink) -> str:
-    """Return the values that a line of Python read, as ` [state.step = 'first']`."""
+    """Return the values that a line of Python read, in the form ` [state.step = 'first']`."""
     read = link.operands[:MOST_VALUES] if link.kind == "line" else ()
     listed = ", ".join(f"{operand.name} = {shown(operand.value)}" for operand in read)
     return f" [{listed}]" if listed else ""

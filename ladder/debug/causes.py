@@ -1,8 +1,8 @@
-"""The causes of a change: values that the instruction read and that differ from the previous scan.
+"""The causes of a change: the values that the instruction read and that changed since the previous scan.
 
-Both scans run again. If all contacts in series conduct, all of them were needed, and the ones that changed
-are the causes. If some do not conduct, each of them alone is enough. For the legs of a branch the opposite is
-true. If nothing differs, for example when a timer ends, the latest change is the cause.
+Both scans run again. If all contacts in series conduct, all of them were needed, and those that changed are
+the causes. If some do not conduct, each of them is a sufficient cause. For the legs of a branch the opposite
+is true. If nothing changed, for example when a timer is done, the latest earlier change is the cause.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class CellChange:
-    """A change of a cell: by an instruction, or from outside before the scan."""
+    """A change of a cell, either by an instruction or from outside before the scan."""
 
     scan: int
     cell: Cell
@@ -49,7 +49,7 @@ class CellChange:
 
 
 class Causes:
-    """Finds causes in the past of a program."""
+    """Finds causes in a program's past."""
 
     def __init__(self, past: Replayer) -> None:
         assert isinstance(past.engine, TracedEngine)
@@ -65,7 +65,7 @@ class Causes:
         return self._engine
 
     def value(self, cell: Cell, scan: int) -> Value:
-        """Return a cell after a scan; a bit as a bool."""
+        """Return a cell's value after a scan; a bit as a bool."""
         if self._past.at != scan and not self._past.show(scan):
             raise ValueError(f"scan {scan:,} can no longer be repeated")
         return cell.read(self._engine.memory)
@@ -104,7 +104,7 @@ class Causes:
         return 0 if inputs is None else inputs.now_ns
 
     def _changed_outside(self, cell: Cell, scan: int) -> bool:
-        """Whether a cell changed between two scans: an input, or a tag that was set or forced."""
+        """Return whether a cell changed between two scans: an input, or a tag that was set or forced."""
         if self.inputs(scan) is None:
             return False
         if self.written(cell, scan):
@@ -125,7 +125,7 @@ class Causes:
         return forces.get((cell.leaf.ident, cell.index)) if forces else None
 
     def image(self, cell: Cell, scan: int) -> Value:
-        """Return a cell of an input image in a scan; a bit as a bool."""
+        """Return the value of an input image's cell in a scan; a bit as a bool."""
         inputs = self.inputs(scan)
         if inputs is None or not inputs.images:
             return 0
@@ -136,10 +136,10 @@ class Causes:
     # --- changes
 
     def origins(self, cells: Sequence[Cell], scan: int, order: int | None = None) -> list[CellChange]:
-        """Return the changes of cells in the latest scan that changed one of them.
+        """Return the changes of cells in the latest scan that changed any of them.
 
         Args:
-            order: count only changes before this place in the scan; None for the whole scan.
+            order: consider only changes before this place in the scan; None for the whole scan.
         """
         changes = list(self._changes_in(cells, scan, order))
         if changes or scan == 0:
@@ -148,7 +148,7 @@ class Causes:
         return [] if last is None else list(self._changes_in(cells, last, None))
 
     def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
-        """Return the change by an EVENT that made a task due, in a scan or in the previous one."""
+        """Return the change by an EVENT instruction that made a task due, in a scan or the one before."""
         for number in (scan, scan - 1):
             for write in reversed(self.execution(number).writes):
                 if write.cell.leaf is pending and write.after and write.writer is not None:
@@ -165,7 +165,7 @@ class Causes:
                 yield CellChange(scan, cell, None)
 
     def groups_of(self, origin: CellChange) -> list[list[Cause]]:
-        """Return groups of causes of a change. Each group was needed; one cause of a group was enough."""
+        """Return groups of causes of a change. Every group was needed; one cause in a group was enough."""
         write = origin.write
         if write is None or write.writer is None:
             return []
@@ -181,7 +181,7 @@ class Causes:
         return [group for group in groups if group]
 
     def _lost_write_causes(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return the causes that took power from the instruction that wrote the cell in the previous scan."""
+        """Return what removed power from the instruction that wrote the cell in the previous scan."""
         writes = reversed(self.execution(scan - 1).writes) if scan else ()
         earlier = next((write.writer for write in writes if write.cell.overlaps(cell)), None)
         if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
@@ -203,7 +203,7 @@ class Causes:
                 yield read
 
     def _source(self, entry: StepRun, cell: Cell) -> Cell | None:
-        """Return the cell that was copied to a cell; None if it is not known."""
+        """Return the source cell that was copied to a cell; None if it is not known."""
         if entry.copied is None:
             return None
         source, destination = entry.copied
@@ -222,7 +222,7 @@ class Causes:
     def _changed_reads(
         self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None
     ) -> Iterator[Cause]:
-        """Yield the reads of an instruction whose values differ from the previous scan."""
+        """Yield an instruction's reads whose values differ from those in the previous scan."""
         previous_run = self._previous(entry, scan)
         earlier = (
             {}
@@ -256,7 +256,7 @@ class Causes:
         )
 
     def _power_causes(self, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return the causes that gave power to an instruction, or took it away."""
+        """Return the causes that turned an instruction's power on or off."""
         if entry.parent is not None:
             copied = [[cause] for contact in entry.ahead for cause in self._changed_reads(contact, scan)]
             return copied or self._power_causes(entry.parent, scan)
@@ -322,7 +322,7 @@ _READ_ONLY_MEMBERS = ("PRE", "LEN")
 
 
 def _is_written_member(read: Read, step: LoweredStep) -> bool:
-    """Whether a read is a member of an instruction's structure that the instruction writes."""
+    """Return whether a read is a member of an instruction's structure that the instruction writes."""
     member = read.text.rpartition(".")[2].upper()
     return member not in _READ_ONLY_MEMBERS and any(
         isinstance(operand, Group)
@@ -343,7 +343,7 @@ def _dependencies(entry: StepRun, own_reads: Sequence[Read]) -> Iterator[tuple[R
 
 
 def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
-    """Yield the reads of the conditions before and around an instruction that have the value of its power."""
+    """Yield reads of the conditions before and around an instruction whose value equals its power."""
     for step in filter(decides, steps_of(tuple(nodes_before(entry)), copies=False)):
         condition = entry.run.steps.get(id(step))
         if condition is not None and condition.truth is entry.power:
@@ -357,7 +357,7 @@ def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
 
 
 def _alternatives(options: list[list[list[Cause]]]) -> list[list[Cause]]:
-    """Return options as groups; several options become one group in which one cause was enough."""
+    """Return options as groups; several options become a single group in which one cause was enough."""
     options = [option for option in options if option]
     if len(options) <= 1:
         return options[0] if options else []
@@ -389,7 +389,7 @@ def _contains(nodes: Sequence[Node], step: LoweredStep) -> bool:
 
 
 def decides(step: LoweredStep) -> bool:
-    """Whether an instruction may block power."""
+    """Return whether an instruction may block power."""
     return step.kind is InstructionKind.INPUT or step.spec.decides
 
 

@@ -36,11 +36,11 @@ class Cell:
         return name if self.mask is None else f"{name}.{self.mask.bit_length() - 1}"
 
     def masked(self, value: Value) -> Value:
-        """Return a value of the leaf with only the cell's bits."""
+        """Return a value of the leaf, masked to the cell's bits."""
         return value if self.mask is None else int(value) & self.mask
 
     def in_value(self, value: Value) -> Value:
-        """Return the cell's value in a value of the leaf; a bit as a bool."""
+        """Return the cell's part of a leaf's value; a bit as a bool."""
         return value if self.mask is None else bool(int(value) & self.mask)
 
     def read(self, memory: Memory) -> Value:
@@ -48,7 +48,7 @@ class Cell:
         return self.in_value(memory.read(self.leaf, self.index))
 
     def overlaps(self, other: Cell) -> bool:
-        """Whether two cells share memory."""
+        """Return whether two cells share memory."""
         if self.leaf is not other.leaf or self.index != other.index:
             return False
         return self.mask is None or other.mask is None or bool(self.mask & other.mask)
@@ -75,7 +75,7 @@ def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | No
 
 
 def cells_of(tag: Place | Group, *, counts: bool = False) -> list[Cell]:
-    """Return the cells of a tag; for a timer or counter, its bits, and with `counts` also its numbers.
+    """Return the cells of a tag; for a timer or counter, its bits and, if `counts`, its numbers.
 
     Raises:
         ValueError: a subscript of the tag is computed.
@@ -84,7 +84,7 @@ def cells_of(tag: Place | Group, *, counts: bool = False) -> list[Cell]:
 
 
 def is_counted(operand: Place | Group) -> bool:
-    """Whether an operand is a single timer or counter."""
+    """Return whether an operand is a single timer or counter."""
     return isinstance(operand, Group) and not operand.dims and operand.type in (TIMER, COUNTER)
 
 

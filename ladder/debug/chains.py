@@ -1,4 +1,4 @@
-"""A chain of causes: from a tag back through rungs, add-on instructions and statements."""
+"""Chains of causes, from a tag back through rungs, add-on instructions and statements."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Outside = Callable[[CellChange, str, Value], CauseLink | None]
 
 
 class _NestedError(Exception):
-    """Raised for a link that is nested too deep; `link_of` then builds it with an empty Python stack."""
+    """A link is nested too deeply; `link_of` then builds it with an empty Python stack."""
 
     def __init__(self, origin: CellChange, name: str, depth: int) -> None:
         self.origin, self.name, self.depth = origin, name, depth
@@ -47,8 +47,8 @@ class Chains:
     """Builds the chains of causes of a program.
 
     Args:
-        causes: finds the causes of changes in its past.
-        deep: whether rungs inside add-on instructions are links; if not, the calls are the links.
+        causes: finds the causes of changes in the program's past.
+        deep: whether rungs inside add-on instructions are links; if not, calls to the instructions are.
         outside: explains inputs that changed; by default, chains end at the images.
         most: maximum depth of a chain, in links, including links through modules.
         at_rest: explains inputs that have not changed.
@@ -84,11 +84,11 @@ class Chains:
         return self.link_of(origins[0], name) if origins else self.never(cell, name, scan)
 
     def never(self, cell: Cell, name: str, scan: int) -> CauseLink:
-        """Return the chain of a value that has never changed before the end of a scan, see `Never`."""
+        """Return the chain of a value that had not changed by the end of a scan, see `Never`."""
         return Never(self.causes, scan, self.link_of, self.at_rest, self.blocks).link_of(cell, name)
 
     def cells(self, tag: str) -> list[Cell]:
-        """Return the cells of a tag (of a timer or counter, its bits); ValueError for an unknown name."""
+        """Return a tag's cells (a timer's or counter's bits); raise a ValueError for an unknown name."""
         return cells_of(Resolver(self.lowered.layout).named(tag))
 
     def full_name(self, tag: str) -> str:
@@ -98,8 +98,8 @@ class Chains:
     def link_of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change.
 
-        A link needs its causes first. Calls nest at most `NESTED` deep. The loop builds a deeper link first
-        and stores it in `_links`; then it builds the links that need it again.
+        A link's causes must be built before the link. Calls nest at most `NESTED` deep. The loop builds a
+        deeper link separately and stores it in `_links`, then retries the links that need it.
         """
         if self._nested:
             return self._cached_link(origin, name)
@@ -139,7 +139,7 @@ class Chains:
         return link
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
-        """Return a new link for a change: by an instruction, a motion, the rack or an operator."""
+        """Return a new link for a change by an instruction, a motion, the rack or an operator."""
         scan, motions = origin.scan, Motions(self.lowered, self.causes)
         now_ns = self.causes.now_ns(scan)
         if origin.write is None or self._is_set_outside(origin):
@@ -225,7 +225,7 @@ class Chains:
             )
 
     def _motion_link(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
-        """Return the link of a change that a motion made after a scan; None for any other change."""
+        """Return the link of a change caused by motion after a scan; None for any other change."""
         moves = list(motions.movers(origin))
         if not moves:
             return None
@@ -242,7 +242,7 @@ class Chains:
         )
 
     def _uncaused_link(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
-        """Return the link of a change without an instruction: a sample of a consumed tag, or prescan."""
+        """Return the link of a change not made by an instruction: a consumed tag's sample, or prescan."""
         assert origin.write is not None
         common = (name, value, origin.scan, now_ns)
         for connection in self.lowered.connections:
@@ -276,7 +276,7 @@ class Chains:
         return link or CauseLink("incident", name, value, scan, now_ns, f"slot {leaf.slot}")
 
     def _is_set_outside(self, origin: CellChange) -> bool:
-        """Whether a tag was set between two scans."""
+        """Return whether a tag was set between two scans."""
         write = origin.write
         return (
             write is not None and write.writer is None and bool(self.causes.written(origin.cell, origin.scan))
@@ -310,7 +310,7 @@ class Chains:
                 yield tuple(chain.from_iterable(chain.from_iterable(replacements)))
 
     def _text(self, origin: CellChange, entry: StepRun, causes: Sequence[Cause], value: Value) -> str:
-        """Return the text of a link: the effect of a motion instruction, and the contacts that decided."""
+        """Return the text of a link: a motion instruction's effect, and the contacts that decided it."""
         writes = self.causes.execution(origin.scan).writes
         motion, text = motion_text(entry, origin.cell, value, writes), self._decided(entry, causes)
         if not motion:

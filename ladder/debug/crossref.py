@@ -37,7 +37,7 @@ BOTH_WAYS = frozenset(
         Use.COORDINATE_SYSTEM,
     }
 )
-"""Uses that read and write their operand."""
+"""Uses that both read and write their operand."""
 
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE, Use.SLC_RESETTABLE}
 """Uses that write their operand."""
@@ -92,7 +92,7 @@ class CrossReference:
         )
 
     def writers(self, leaf: Leaf, index: int, mask: int | None) -> tuple[Mention, ...]:
-        """Return the mentions, also in add-on instructions, that may write a value or a bit of it."""
+        """Return the mentions, including in add-on instructions, that may write a value or a bit of it."""
         path = leaf.path.upper()
 
         def matches(operand: Place | Group) -> bool:
@@ -129,13 +129,13 @@ def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> boo
 
 
 def _one_contains_other(a: str, b: str) -> bool:
-    """Whether two paths are equal, or one contains the other."""
+    """Return whether two paths are equal, or one contains the other."""
     a, b = f"{a}.".upper(), f"{b}.".upper()
     return a.startswith(b) or b.startswith(a)
 
 
 def _may_be_equal(a: Resolved | None, b: Resolved | None) -> bool:
-    """Whether two subscripts or bit numbers may be equal, because they are not different constants."""
+    """Return whether two subscripts or bit numbers may be equal, that is, are not different constants."""
     return not isinstance(a, Constant) or not isinstance(b, Constant) or a.value == b.value
 
 
@@ -258,7 +258,7 @@ def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
 
 
 def _places_in(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
-    """Yield an operand's places, each with whether it is in a subscript."""
+    """Yield each place in an operand, and whether the place is in a subscript."""
     if isinstance(operand, Calculation):
         for part in operand.operands:
             yield from _places_in(part)

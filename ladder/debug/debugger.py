@@ -1,4 +1,4 @@
-"""The debugger: breakpoints, forces, pictures and causes for a running program."""
+"""The debugger: breakpoints, forces, rung drawings and causes for a running program."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ from .watched import Change, shown
 from .watching import WatchedEngine
 
 When = Literal["true", "changes", "executes"]
-"""The event that meets a breakpoint on a rung."""
+"""The event that triggers a breakpoint on a rung."""
 
 _MET: Mapping[str, Callable[[bool | None, bool], bool]] = {
     "true": lambda before, now: now and before is False,
     "changes": lambda before, now: before is not None and now != before,
     "executes": lambda _before, now: now,
 }
-"""Returns whether a breakpoint is met, from its rung's previous truth (None if unknown) and current truth."""
+"""Returns whether a breakpoint is met, given its rung's previous (None if unknown) and current truth."""
 
 Condition = Callable[["Debugger"], Any] | str
 """A condition that ends a run: a function of the debugger, or the address of a bit."""
 
 PICTURED = 100
-"""Number of scans after a query that note the power of all rungs: a second of most programs."""
+"""Number of scans after a query in which the power of all rungs is noted: one second in most programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,23 +70,23 @@ class BreakpointStop:
 
 
 class Debugger:
-    """A ladder program under observation; like the program, it can be called as the logic of a rack.
+    """A ladder program under observation; like the program itself, it can be called as the logic of a rack.
 
     It runs compiled, applies forces, and notes the power of rungs with breakpoints. A query about a scan runs
     the scan again, see `journal`. After `truth`, the power of all rungs is noted for `PICTURED` scans. A
-    program with routines in Python is always interpreted, because these may have their own state. Breakpoints
-    stop after a scan: a scan always runs to its end, as in a controller.
+    program with Python routines is always interpreted, because those routines may have their own state.
+    Breakpoints stop the program after a scan; a scan always runs to its end, as in a controller.
 
     Attributes:
-        interpreted: whether every scan is interpreted: true with routines in Python.
+        interpreted: whether every scan is interpreted, which is true if there are Python routines.
         stops: the breakpoints met in the latest scan.
-        ran: empty; the power of rungs shows which rungs ran.
-        latest: the inputs of the latest scan; None before the first scan, or after a scan without remembering
-            and without external writes.
+        ran: always empty; the power of rungs shows which rungs ran.
+        latest: the inputs of the latest scan; None before the first scan, or after a scan that was not
+            remembered and had no external writes.
         news: counts changes of `latest` and of forces.
-        edits: online edits, each with the number of the first scan after it.
+        edits: online edits, each with the number of the first scan after the edit.
         on_edit: called after each online edit.
-        images: the tags as bytes; an edit replaces them.
+        images: the tags as bytes; an edit replaces this object.
         on_outside: called after a tag was set, forced or released between scans.
 
     Args:
@@ -200,7 +200,7 @@ class Debugger:
         self._run_scan(scan.now_ns, scan.first)
 
     def _rest_until(self, scan: int) -> None:
-        """Count scans without the program: in program mode, or before the start of a recording."""
+        """Count scans that did not run the program: in program mode, or before the start of a recording."""
         engine, rests = self._engine, ScanInputs(self._engine.now_ns, False, None)
         keeps = bool(self._remembered or self._on_rungs)
         if not engine.scans or not keeps:
@@ -213,7 +213,7 @@ class Debugger:
             self._journal.begin(engine.memory, engine.scans)
 
     def follow(self, scans: Iterable[ScanInputs]) -> Iterator[None]:
-        """Run recorded scans without a rack, and yield after each; forces and breakpoints do not apply.
+        """Run recorded scans without a rack and yield after each scan; forces and breakpoints do not apply.
 
         A fault ends a scan, as in the recording.
         """
@@ -230,7 +230,7 @@ class Debugger:
         self.news += 1
 
     def go_to(self, past: RecordedPast, scan: int) -> None:
-        """Continue from the snapshot before a scan of a recorded past, which becomes this program's past."""
+        """Continue from the snapshot before a scan in a recorded past, which becomes the program's past."""
         restore(self._engine.memory, past.snapshot(scan)[0])
         self._engine.scans, self._journal, self._replayer = scan, past, None
 
@@ -304,7 +304,7 @@ class Debugger:
     # --- breakpoints
 
     def note_lines(self, lines: Iterable[LineKey]) -> None:
-        """Note the power of these lines in every scan until an edit, as for lines with breakpoints."""
+        """Note the power of these lines in every scan until an edit, as with breakpoints."""
         self._lines = tuple(lines)
         self._update_plain()
 
@@ -313,12 +313,13 @@ class Debugger:
 
         Args:
             rung: number of the rung, or of the line.
-            when: `true` stops when power reaches the rung's last instruction and did not in the scan before;
-                for a line, when it runs with a true condition and did not in the scan before. `changes`
-                stops when this changes either way, `executes` in each scan that executes the rung or line.
+            when: `true` stops when power reaches the rung's last instruction and did not in the previous
+                scan; for a line, when it runs with a true condition and did not in the previous scan.
+                `changes` stops on a change in either direction, and `executes` in every scan that executes
+                the rung or line.
 
         Raises:
-            LadderError: no such rung.
+            LadderError: the rung does not exist.
         """
         self._routine(routine).numbered(rung)
         if not self._remembered and not self._on_rungs:  # no scan was kept before the first breakpoint
@@ -329,7 +330,7 @@ class Debugger:
         self._update_plain()
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a change of a tag between scans; raise a LadderError for an unknown tag."""
+        """Set a breakpoint on a tag's change between scans; raise a LadderError for an unknown tag."""
         self._on_tags[tag] = self.tags[tag]
         self._update_plain()
 
@@ -342,7 +343,7 @@ class Debugger:
             when: as in `break_at`.
 
         Raises:
-            KeyError: no such breakpoint.
+            KeyError: the breakpoint does not exist.
         """
         if rung is None:
             del self._on_tags[at]
@@ -399,7 +400,8 @@ class Debugger:
             value: a value of the tag's type.
 
         Raises:
-            ValueError: no such tag, it is an image or not a single value, or the value does not fit.
+            ValueError: the tag does not exist, is an image or is not a single value, or the value does not
+            fit.
         """
         place = self._single_place(tag)
         forced_value, name = checked(tag, place.type, value), self._forced_name(tag)
@@ -412,7 +414,7 @@ class Debugger:
             self._engine.memory.write(place.leaf, 0, self._engine.memory.read(place.leaf))
 
     def _apply_forces(self) -> None:
-        """Set the engine's forces; several forced bits of a value are one force of the engine."""
+        """Set the engine's forces; several forced bits of a value are combined into one force."""
         forces: dict[tuple[str, int], Force] = {}
         for place, value in self._forces.values():
             cell = cell_of(place)
@@ -455,7 +457,7 @@ class Debugger:
         return place
 
     def address_of(self, tag: str) -> str | None:
-        """Return the address of the word or bit of an image that a tag names; None for any other name."""
+        """Return the address of the image word or bit that a tag names; None for any other name."""
         address = address_in(self._resolver, tag)
         return None if address is None or FAULT in address else address
 
@@ -469,7 +471,7 @@ class Debugger:
             scanned. For each line of structured text, by number, whether it was true; None if it did not run.
 
         Raises:
-            LadderError: no such routine.
+            LadderError: the routine does not exist.
         """
         name = self._routine(routine).name.upper()
         truths = self._latest_truths() if self.scans else {}
@@ -477,7 +479,7 @@ class Debugger:
         return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
     def note_power(self) -> None:
-        """Note the power of all rungs in the next `PICTURED` scans, as each call of `truth` does."""
+        """Note the power of all rungs in the next `PICTURED` scans, as every call to `truth` does."""
         self._pictured = self.scans
 
     def _latest_truths(self) -> Truths:
@@ -514,7 +516,7 @@ class Debugger:
         return self._replayer
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
-        """Return a routine in box characters; wires with power in the latest scan are heavy."""
+        """Draw a routine in box characters; wires with power in the latest scan are heavy."""
         from ..draw import captions_of, routine_text  # imported here: most runs draw nothing
 
         captions = captions_of(self.program)
@@ -553,7 +555,7 @@ class Debugger:
         return list(waits_of(self._engine.lowered, self.tags, self._resolver.named(tag)))
 
     def chains(self, *, deep: bool = False, **hooks: Any) -> Chains:
-        """Return a builder of chains of causes; `hooks` are further arguments of `Chains`."""
+        """Return a builder of chains of causes; `hooks` are other arguments of `Chains`."""
         return Chains(self._engine.lowered, Causes(self._past), deep, **hooks)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink | None:
@@ -570,7 +572,7 @@ class Debugger:
             name: names the terminals of input images.
 
         Raises:
-            ValueError: an unknown tag, not a single value, or a value that does not fit.
+            ValueError: the tag is unknown or not a single value, or the requested value does not fit.
         """
         place = self._resolver.named(tag)
         if not isinstance(place, Place):

@@ -4,7 +4,7 @@ r"""One executed scan: its instructions in order, each with its power, reads and
             XIC A    reads A = 1    OTE B        writes B: 0 -> 1
             \_____ of the run of one rung _______________/
 
-The interpreter records it only when a scan runs again to explain a value, see `causes`.
+The interpreter records it only when a scan is rerun to explain a value, see `causes`.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ class Read:
     text: str  # as written in the program; in an add-on instruction, the tag's name
 
     def part(self, cell: Cell) -> Read:
-        """Return the read of a part of the value: the same cell, or some of its bits."""
+        """Return the read of part of the value: the same cell, or some of its bits."""
         return Read(cell, cell.masked(self.value), cell.name if cell.mask else self.text)
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """A change that an instruction made."""
+    """A change made by an instruction."""
 
     order: int
     cell: Cell  # the whole value
@@ -57,7 +57,7 @@ class Write:
     mode: str  # prescan or postscan if it wrote the value, else ""
 
     def changes(self, cell: Cell) -> bool:
-        """Whether the write changes the value of a cell."""
+        """Return whether the write changes the value of a cell."""
         if not self.cell.overlaps(cell):
             return False
         return not same(cell.masked(self.before), cell.masked(self.after))
@@ -113,19 +113,19 @@ class Execution:
     order: int = 0
 
     def next(self) -> int:
-        """Return the number of the next instruction in the order of execution."""
+        """Return the number of the next instruction in execution order."""
         self.order += 1
         return self.order
 
     def changes(self, cell: Cell) -> bool:
-        """Whether the scan changed the value of a cell from beginning to end."""
+        """Return whether a cell's value at the end of the scan differs from its value at the beginning."""
         overlapping = [write for write in self.writes if write.cell.overlaps(cell)]
         return bool(overlapping) and not same(
             cell.masked(overlapping[0].before), cell.masked(overlapping[-1].after)
         )
 
     def last_write(self, cell: Cell, order: int | None = None) -> Write | None:
-        """Return the last change of a cell before a place in the order of execution; None if none."""
+        """Return the last change of a cell before a place in execution order; None if there is none."""
         for write in reversed(self.writes):
             if (order is None or write.order < order) and write.changes(cell):
                 return write
@@ -133,7 +133,7 @@ class Execution:
 
 
 class TracedMemory(WatchedMemory):
-    """Memory that reports reads while `noted` is a list."""
+    """Memory that records reads while `noted` is a list."""
 
     noted: list[tuple[Leaf, int, Value]] | None = None
 
@@ -157,7 +157,7 @@ class TracedMemory(WatchedMemory):
 
     @contextmanager
     def unnoted(self) -> Iterator[None]:
-        """Note no reads in the body of a `with`."""
+        """Do not record reads in the body of a `with` statement."""
         noted, self.noted = self.noted, None
         try:
             yield
@@ -303,7 +303,7 @@ class TracedInterpreter(WatchedInterpreter):
 
 
 class TracedEngine(WatchedEngine):
-    """An engine whose watched scans are noted as `execution` while `traced` is set."""
+    """An engine that records watched scans as `execution` while `traced` is set."""
 
     memory_type = TracedMemory
     interpreter_type = TracedInterpreter
@@ -333,11 +333,11 @@ class TracedEngine(WatchedEngine):
 
 
 _READING_USES = frozenset({Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER, Use.TRUTH})
-"""Uses of contacts that only read."""
+"""Operand uses of contacts that only read."""
 
 
 def _may_fault(operand: Resolved) -> bool:
-    """Whether reading an operand may fault or note a fault."""
+    """Return whether reading an operand may fault or note a fault."""
     return (
         isinstance(operand, Calculation)
         or (isinstance(operand, Place) and operand.can_fault)

@@ -1,7 +1,7 @@
 """Forces: values that no program can change.
 
-The compiled program forces values in variables itself, see `compiler.observed`. A list, or a view of bytes,
-keeps its own forced elements against every writer: an array access, a copy, or an add-on instruction. The
+The compiled program itself forces values in variables, see `compiler.observed`. A list or a view of bytes
+protects its forced elements from every writer: an array access, a copy, or an add-on instruction. The
 interpreter writes through the memory, which applies all forces.
 """
 
@@ -55,7 +55,7 @@ def _forced_value(leaf: Leaf, index: int, force: Force) -> ForcedValue:
 
 
 class ForcedList(list[Any]):
-    """A list with forced elements `forces`, by number."""
+    """A list with forced elements; `forces` has them by number."""
 
     __slots__ = ("forces",)
 
@@ -95,7 +95,7 @@ class ForcedView:
 
 
 class ForcedBytes(TagBytes):
-    """A tag in bytes with forced elements `forces`, by view and number; `free` is the tag without forces."""
+    """A tag in bytes; `forces` has forced elements by view and number, `free` is the tag without forces."""
 
     __slots__ = ("forces", "free")
 
@@ -137,7 +137,7 @@ def forced_in_variables(layout: Layout, forced_values: Iterable[ForcedValue]) ->
 
 
 def force_variables(forced_values: Iterable[ForcedValue]) -> dict[str, Value]:
-    """Return the names of the compiled program's variables for forces."""
+    """Return the values of the compiled program's variables for forces, by name."""
     names: dict[str, Value] = {}
     for forced in forced_values:
         names[force_variable(forced.leaf.ident)] = forced.value

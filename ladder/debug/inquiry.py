@@ -32,7 +32,7 @@ class Inquiry:
         self._resolver = Resolver(engine.lowered.layout)
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last remembered change of a tag between scans, or None."""
+        """Return the last remembered change of a tag between scans; None if there is none."""
         operand = self._resolver.named(tag)
         scan = self._past.last_change_of(cells_of(operand), self._latest)
         if scan is None and is_counted(operand):  # ACC changes in most scans; the bits matter more
@@ -47,7 +47,7 @@ class Inquiry:
         return None if change is None else (change.scan, explain_cause(self._engine.lowered, change))
 
     def why(self, tag: str) -> str:
-        """Explain a tag's value: the scan and rung of its last change, and the false conditions there.
+        """Explain a tag's value: the scan and rung of its last change, and the rung's false conditions.
 
         For a step of a chart, the answer also has the conditions that begin or end it.
         """

@@ -1,4 +1,4 @@
-"""The journal of a debugger: snapshots of its program, and the inputs of the scans after each snapshot."""
+"""A debugger's journal: snapshots of its program, and the inputs of the scans after each snapshot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EVERY = 64
 """Number of scans per snapshot."""
 
 MOST = 8_000
-"""Maximum number of snapshots: half a million scans."""
+"""Maximum number of snapshots, enough for half a million scans."""
 
 
 @dataclass(slots=True)
@@ -45,7 +45,7 @@ class Journal(Source):
 
     @property
     def latest(self) -> int:
-        """Number of the latest noted scan."""
+        """Number of the latest recorded scan."""
         last = self._chapters[-1]
         return last.scan + len(last.entries) - 1
 
@@ -55,12 +55,12 @@ class Journal(Source):
             self._chapters.append(Chapter(scan, snapshot(memory), []))
 
     def restart(self, memory: Memory, scan: int) -> None:
-        """Forget all scans and take a snapshot, because some scans were not noted."""
+        """Forget all scans and take a snapshot, because some scans were not recorded."""
         self._chapters.clear()
         self.begin(memory, scan)
 
     def note(self, entry: ScanInputs) -> None:
-        """Note the inputs of a scan that is about to run."""
+        """Record the inputs of a scan that is about to run."""
         self._chapters[-1].entries.append(entry)
 
     def snapshots(self, scan: int) -> Iterator[int]:
@@ -68,7 +68,7 @@ class Journal(Source):
         return (chapter.scan for chapter in reversed(self._chapters) if chapter.scan <= scan)
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
-        """Return the values before a scan that begins a chapter; its entries have the forces."""
+        """Return the values before a scan that begins a chapter; the chapter's entries have the forces."""
         return self._chapters[self._chapter_index(scan)].memory, NO_FORCES
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:

@@ -1,7 +1,8 @@
 """Finds the false contacts that kept an instruction from acting in a scan, and the values they read.
 
-In series, an instruction lacked all false contacts; in a branch, those of the leg with the fewest. A
-statement lacked the first false condition around it. An expression lacked the parts that keep it false.
+An instruction lacks all false contacts in series with it; in a branch, it lacks those of the leg with the
+fewest. A statement lacks the first false condition around it. An expression lacks the parts that keep it
+false.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ class Lacking:
         return [(read, entry) for read in _wrong_reads(entry)]
 
     def _of_missing_run(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
-        """Yield the reads that kept an instruction from running: of a condition around it, or of its call."""
+        """Yield the reads that kept an instruction from running: in a condition around it or its call."""
         key, routine, line = _location_of(self.lowered, step)
         for head, required in _heads(routine.body or (), line) or ():
             entry = self._run_of(head.steps[-1], instance)
@@ -133,7 +134,7 @@ def _calls_routine(operand: object, routine: str, entry: StepRun, instance: str)
 
 
 def _location_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredRoutine, LoweredLine]:
-    """Return the name of an instruction's routine, in capitals, and its rung or line."""
+    """Return the uppercase name of an instruction's routine, the routine, and the rung or line."""
     for key, routine in lowered.routines.items():
         for line in routine.lines:
             if any(candidate is step for candidate in line.all_steps):
@@ -175,12 +176,12 @@ def _bodies(statement: Arms | Selection | Loop) -> Iterator[tuple[list[_Head], B
 
 
 def _fewest(options: Sequence[list[_T]]) -> list[_T]:
-    """Return the option that lacks the fewest values; [] if one of them lacks nothing."""
+    """Return the option that lacks the fewest values; [] if an option lacks nothing."""
     return min(options, key=len) if all(options) else []
 
 
 def _wrong_reads(entry: StepRun) -> list[Read]:
-    """Return the reads that make a condition false, or give an assigned expression the wrong value."""
+    """Return the reads that make a condition false or an assigned expression's value wrong."""
     values = {read.text: read.value for read in entry.reads}
     is_set = entry.step.name == ":="
     expressions = [operand for operand in entry.step.operands if isinstance(operand, Calculation)]
@@ -192,7 +193,7 @@ def _wrong_reads(entry: StepRun) -> list[Read]:
 
 
 def _wrong_places(expression: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
-    """Return the smallest set of places that keep an expression from its required value."""
+    """Return the smallest set of places that keep an expression from having its required value."""
     if isinstance(expression, Place):
         return [expression] if bool(values.get(expression.text, not required)) is not required else []
     if not isinstance(expression, Calculation):

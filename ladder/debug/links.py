@@ -2,7 +2,7 @@
 
     Lamp off <- Run off <- Stop on        each link with its time, its place, and the values it read
 
-A link has groups of causes. Each group was needed; one cause of a group was enough. The shortest groups and
+A link has groups of causes. Every group was needed; one cause in a group was enough. The shortest groups and
 the shortest alternatives come first.
 """
 
@@ -34,17 +34,17 @@ ROOTS = (
     "task",
     "unknown",
 )
-"""Kinds of links without a cause in the program."""
+"""Kinds of links whose cause is not in the program."""
 
 
 OUTRANKING = ("force", "mode", "fault", "incident")
 """Kinds of links that outrank the program."""
 
 ROUND = "a round before"
-"""Text at the end of a path that repeats: the machine was in the same state a round before."""
+"""Text at the end of a path that repeats because the machine was in the same state one cycle earlier."""
 
 NESTED = 8
-"""Maximum indentation of a chain as text, in spaces; of deeper links, only the last one is shown."""
+"""Maximum indentation of a chain as text, in spaces; only the last of the deeper links is shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +93,9 @@ class CauseLink:
 
     @property
     def path(self) -> tuple[CauseLink, ...]:
-        """The links from the value to its cause: at each, an outranking cause, or else the latest one.
+        """The links from the value to its cause; each leads to an outranking cause, or else the latest.
 
-        A machine that cycles repeats links. Repeated links are omitted if the chain reaches the start of the
+        The links of a cyclic machine repeat. Repeated links are omitted if the chain reaches the start of the
         cycles. If it does not, the path ends with the first repeated link, of kind "round".
         """
         links, earlier_links, visited = [self], list[CauseLink](), {self._key}
@@ -135,7 +135,7 @@ class CauseLink:
     def since(self) -> dict[str, Any]:
         """Scan and time of the value, and the last different value, as JSON values.
 
-        The page and `--json` use this data, so its keys must not change. `last_different` is None if the
+        The page and `--json` use this data, so the keys must not change. `last_different` is None if the
         value was never different. The value of a wait is its text.
         """
         last = None if self.before is None or not self.scan else {"scan": self.scan - 1, "value": self.before}
@@ -185,7 +185,7 @@ def kind_at(site: Site) -> str:
 
 
 def linked(groups: Iterable[tuple[CauseLink, ...]], **parts: Any) -> CauseLink:
-    """Return a link with its causes sorted; `parts` are its other fields."""
+    """Return a link with sorted causes; `parts` are its other fields."""
     causes = ordered(groups)
     return CauseLink(**parts, causes=causes, depth=1 + (causes[0][0].depth if causes else 0))
 

@@ -1,8 +1,8 @@
-"""Motion in chains of causes: the instruction that moves an axis, ends its motion, or is refused.
+"""Motion in chains of causes: the instruction that moves an axis, ends its motion or is refused.
 
 Status bits and positions of an axis change between scans, when no instruction runs. Each course records its
 instruction, see `instructions.motion.courses`. The cause is the instruction with a course that began or ended
-in the scan of the change, or else the instructions with courses under way.
+in the scan of the change, or otherwise the instructions whose courses are under way.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Motions:
             yield from self._mirrored_member(origin.cell)
 
     def _mirrored_member(self, cell: Cell) -> Iterator[tuple[Cell, str, str]]:
-        """Yield the member of a 3601's block that a member of its axis mirrors."""
+        """Yield the member of a 3601's block that is mirrored in a member of its axis."""
         path, _, host = cell.leaf.path.rpartition(".")
         for axis in self.lowered.axes.values():
             if axis.tag.path == path:
@@ -104,14 +104,14 @@ class Motions:
         return next((part for part in motion_parts if part.path == path and part.index == cell.index), None)
 
     def _courses(self, axis: MotionPart, cell: Cell) -> Iterator[str]:
-        """Yield member prefixes of courses: of the course that a status bit shows, or of all courses."""
+        """Yield the member prefixes of the course that a status bit shows, or of all courses."""
         host = cell.leaf.path.rpartition(".")[2]
         bit = _BIT_NAMES.get(f"{host}.{cell.mask.bit_length() - 1}", "") if cell.mask else ""
         for planner in (PLANNER_OF[bit],) if bit in PLANNER_OF else PLANNERS:
             yield f"{axis.path}.~{planner}_"
 
     def _in_process(self, control: MotionPart) -> tuple[Cell, str]:
-        """Return the IP bit of an instruction, and its name."""
+        """Return the IP bit of an instruction and the name of the bit."""
         leaf = self.lowered.layout.leaf(f"{control.path}.FLAGS")
         text = element_text(f"{control.path}.IP", leaf.dims, control.index)
         return Cell(leaf, control.index, 1 << MOTION_BITS["IP"]), text
@@ -120,8 +120,8 @@ class Motions:
 def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
     """Return the effect of a motion instruction on a cell as text; "" for any other instruction.
 
-    The text names axis and control, `MAM(Feed,Go)`. It also has the error of a refused instruction, or says
-    that the instruction ends another motion.
+    The text names the axis and the control, as in `MAM(Feed,Go)`. It also has the error of a refused
+    instruction, or says that the instruction ends another motion.
 
     Args:
         writes: the writes of the scan.
@@ -140,6 +140,6 @@ def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write
 
 
 def _error_text(path: str, writes: Sequence[Write]) -> str:
-    """Return the last error that was written to a member, after a colon; "" without one."""
+    """Return a colon and the last error that was written to a member; "" if there is no error."""
     errors = [int(write.after) for write in writes if write.cell.leaf.path == path and write.after]
     return f": ERR {errors[-1]}, {ERRORS[errors[-1]]}" if errors else ""

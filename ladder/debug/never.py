@@ -1,4 +1,4 @@
-"""Explains why a value never changed: the false contacts of its writers, back to inputs at rest.
+"""Explains why a value never changed, from its writers' false contacts back to inputs that did not change.
 
 The instruction with the fewest false contacts came closest, see `lacking`. A false contact that has changed
 has its own chain of causes. Any other contact is explained in the same way, down to an input, a running
@@ -27,10 +27,10 @@ DEEPEST = 24
 """Maximum depth of a chain, in links."""
 
 PULSE = 2
-"""Maximum length of a change that counts as a pulse, in scans."""
+"""Maximum length of a pulse, in scans."""
 
 ONLY_ON, ONLY_OFF = frozenset({"OTL"}), frozenset({"OTU", "RES", "CLR"})
-"""Instructions that only set, or only clear, a bit."""
+"""Instructions that can only set a bit, and instructions that can only clear it."""
 
 ChainOfChange = Callable[[CellChange, str], CauseLink]
 """Returns the chain of a change."""
@@ -43,7 +43,7 @@ class Blocks(Protocol):
     """Explains the blocks of an axis by the state of its module."""
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
-        """Return a link to the event that a busy block waits for; None for any other structure."""
+        """Return a link to the event that a busy block is waiting for; None for any other structure."""
 
     def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
         """Return the module's rule that ended a block with an error between two scans, or None."""
@@ -55,7 +55,7 @@ class Never:
 
     Args:
         causes: finds causes in the program's past.
-        scan: the values at the end of this scan are explained.
+        scan: the scan at whose end the values are explained.
         chain_of: builds the chain of a change.
         at_rest: explains inputs.
         blocks: explains the blocks of an axis; None = no blocks.
@@ -200,15 +200,15 @@ class Never:
         )
 
     def _possible_writers(self, cell: Cell, value: Value) -> list[Mention]:
-        """Return the mentions that could change a value; add-on calls only if nothing else could."""
+        """Return the mentions that could change a value; return add-on calls only if nothing else could."""
         writers = [writer for writer in self._writers(cell) if _could_change(writer, value)]
         return [writer for writer in writers if writer.step is None or writer.step.name != ADD_ON] or writers
 
     def _nearest_writer(self, writers: Sequence[Mention], chain_cells: Set[Cell]) -> tuple[Mention, Lack]:
         """Return the instruction that lacks the fewest values in the scan.
 
-        An instruction that lacks a value of the chain itself explains nothing. It is returned only if all
-        instructions lack one.
+        An instruction that lacks a value from the chain itself explains nothing, so it is returned only if
+        all instructions lack such a value.
         """
         lacks = [(writer, self._lack(writer)) for writer in writers]
         explaining = [
@@ -224,8 +224,8 @@ class Never:
     def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
         """Return the scan in which an instruction came closest to acting, and the values it lacked then.
 
-        A short pulse of one contact may have occurred while another contact was false. So for each false
-        contact that was true for one or two scans, the last scan of its pulse is also examined.
+        One contact may have pulsed while another contact was false. Therefore, for each false contact that
+        was true for one or two scans, the last scan of its pulse is also examined.
         """
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():

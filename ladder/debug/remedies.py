@@ -1,7 +1,7 @@
 """Finds the smallest input changes that set a tag to a value, by running scans with them.
 
-Sets of one input are tried first, then sets of two and three. For a number, bisection finds the nearest
-value that works.
+Sets of one input are tried first, then sets of two and three. For a number, bisection finds the closest value
+that works.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ MOST_TRIES = 3_000
 """Maximum number of sets to try."""
 
 MOST_CANDIDATES = 64
-"""Maximum number of inputs to try, the nearest to the tag."""
+"""Maximum number of inputs to try, beginning with those nearest to the tag."""
 
 MOST_VALUES = 12
-"""Maximum number of values to try for a number, the nearest to its current value."""
+"""Maximum number of values to try for a number, beginning with those nearest to its current value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def _becomes(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An input with its current value, and the other values to try."""
+    """An input, its current value, and the other values to try."""
 
     cell: Any
     name: str
@@ -75,7 +75,7 @@ def number(
     """Return a number within limits as a candidate.
 
     Args:
-        compared: constants in the program near which values are tried; the limits are also tried.
+        compared: constants in the program; values near them are tried, and so are the limits.
     """
     low, high = limits
     near = {value + offset for value in compared for offset in (-1, 0, 1)}
@@ -90,7 +90,7 @@ def number(
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """A set of inputs that produces the value; empty if no input has to change."""
+    """A set of input changes that produces the value; empty if no input needs to change."""
 
     changes: tuple[InputChange, ...]
     scans: int  # number of scans until the tag has the value
@@ -102,7 +102,7 @@ class Remedies:
 
     Attributes:
         tried: number of sets that were tried.
-        left: whether untried sets are left.
+        left: whether any sets are left untried.
         terminal: the terminal of an input; "" for other values of a module, None for a tag that is not an
             input.
     """
@@ -156,7 +156,7 @@ def of_input(tag: str, requested: Value, terminal: str | None) -> Remedies:
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]
-"""Runs scans with changed inputs; returns the number of scans until the tag has the value, or None."""
+"""Runs scans with changed inputs; returns how many scans it took until the tag had the value, or None."""
 
 
 @dataclass(slots=True)
@@ -173,7 +173,7 @@ class Search:
     tried: int = 0
 
     def among(self, candidates: Sequence[Candidate]) -> Remedies:
-        """Return the smallest sets of inputs that work; no set contains another."""
+        """Return the smallest sets of inputs that work; no set contains another set."""
         remedies: list[Remedy] = []
         names = tuple(candidate.name for candidate in candidates)
         for size in range(MOST_INPUTS + 1):
@@ -216,7 +216,7 @@ class Search:
 
 
 def _between(a: Value, b: Value) -> Value | None:
-    """Return the number halfway between two; None if they are neighbors."""
+    """Return the number halfway between two numbers; None if they are adjacent."""
     if isinstance(a, float):
         middle: Value = real((a + b) / 2)
     else:

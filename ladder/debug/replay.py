@@ -1,7 +1,8 @@
 """Repeats scans of a program in separate memory.
 
-A program is deterministic: its memory, the input images and the time determine its next memory. So the
-program normally runs compiled. To explain a scan, it is repeated from an earlier snapshot:
+A program is deterministic: its memory, the input images and the time determine the next state of its memory.
+The program therefore normally runs compiled. To explain a scan, the program repeats it from an earlier
+snapshot:
 
     snapshot      inputs inputs inputs ...      snapshot      inputs ...
     scan 512      512    513    514             scan 576      576
@@ -30,14 +31,14 @@ from .watching import WatchedEngine
 NO_FORCES: Forces = {}
 
 Truths = Mapping[LineKey, tuple[bool, ...]]
-"""Power after each instruction, by routine in capitals and rung number."""
+"""Power after each instruction, by uppercase routine name and rung number."""
 
 
 ONE_BY_ONE = 24
 """Maximum number of stretches with equal values at both ends that are searched one by one."""
 
 FIRST_ONE_BY_ONE = 4
-"""If there are more, the latest few are searched one by one, and the others in parallel."""
+"""If there are more than `ONE_BY_ONE`, this many of the latest run one by one, the others in parallel."""
 
 MOST_LAST_CHANGES = 256
 """Maximum number of search results that are kept."""
@@ -59,7 +60,7 @@ class Source(Protocol):
         """Return the number of contiguous known scans that begin with `first`, and their inputs."""
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
-        """Return the inputs of scans as arrays; None if they are not plain or not known."""
+        """Return the inputs of scans as arrays; None if they are not plain or are unknown."""
         count, recorded = self.inputs(first, last)
         return plain_inputs(list(recorded)) if count == last - first + 1 else None
 
@@ -70,7 +71,7 @@ class Replayer:
     Args:
         engine: runs the program; nothing else uses its memory.
         source: the program's snapshots and inputs.
-        most: maximum number of scans to run in order to reach a scan.
+        most: maximum number of scans to run to reach a scan.
         stretches: number of latest snapshots from which changes are searched; None for all.
     """
 
@@ -94,7 +95,7 @@ class Replayer:
 
         Args:
             scan: the scan.
-            noted: only note the power, in the compiled program, which is faster; a scan with a fault is still
+            noted: only note the power, in the compiled program, which is faster; a scan that faults is still
                 watched.
 
         Raises:
@@ -111,7 +112,7 @@ class Replayer:
         return next(recorded, None) if count == 1 else None
 
     def walk(self, first: int, last: int, *, noted: bool = False) -> Iterator[int]:
-        """Run scans in turn, and yield the time of each, in ns, with the engine in the state after it.
+        """Run scans in turn; yield each scan's time, in ns, with the engine in the state after the scan.
 
         Stop before the first scan that can't be repeated.
 
@@ -149,11 +150,11 @@ class Replayer:
         return None
 
     def looked_back(self, end: int) -> int:
-        """Return the last scan that `last_change` with this end does not search."""
+        """Return the number of the last scan before those that `last_change` searches for this end."""
         return min(islice(self.source.snapshots(end), self._stretches), default=end + 1) - 1
 
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
-        """Return the last scan up to `end` that changed one of the cells; None if there is none.
+        """Return the last scan up to `end` that changed any of the cells; None if there is none.
 
         Results are cached, because `why` and a chain search for the same cells.
         """
@@ -168,10 +169,10 @@ class Replayer:
         return scan
 
     def _search(self, cells: Sequence[Cell], end: int) -> Iterator[int | None]:
-        """Yield the last changes in parts of the past, latest first; None for a part without one.
+        """Yield the last change in each part of the past, latest first; None for a part without a change.
 
-        A stretch with different snapshots at its ends contains a change. In the stretches after it, values
-        can only have changed and changed back.
+        A stretch with different snapshots at its ends contains a change. In later stretches, values can only
+        have changed and changed back.
         """
 
         def read(engine: WatchedEngine) -> list[Value]:
@@ -212,7 +213,7 @@ class Replayer:
     def _change_in_many(
         self, starts: Sequence[int], cells: Sequence[Cell], read: Callable[[WatchedEngine], Any]
     ) -> int | None:
-        """Return the last change in the stretches that begin at all snapshots except the first."""
+        """Return the last change in the stretches that begin at any snapshot except the first."""
         stretches = [self._stretch(start, end) for end, start in pairwise(starts)]
         for stretch, change in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
             scan: int | None = change.scan
@@ -275,7 +276,7 @@ class Replayer:
         engine.watching = False
 
     def _start(self, scan: int) -> int | None:
-        """Set the engine to the first scan to run; return its number, None if no snapshot is near enough."""
+        """Set the engine to the first scan to run; return its number, or None if no snapshot is close."""
         snapshot, current = next(self.source.snapshots(scan), None), self.at
         if (
             current is not None
@@ -307,7 +308,7 @@ class Replayer:
 
 
 def repeat(engine: WatchedEngine, images: Sequence[memoryview], inputs: ScanInputs) -> bool:
-    """Repeat a scan on its inputs; return whether the logic ran. A fault ends the scan, as in the original.
+    """Repeat a scan with its inputs; return whether the logic ran. A fault ends it, as in the original.
 
     Args:
         images: the program's input images as bytes, see `image_bytes`.

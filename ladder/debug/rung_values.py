@@ -1,4 +1,4 @@
-"""Rungs with the current values of PRE and ACC, LEN and POS."""
+"""Shows rungs with the current values of PRE, ACC, LEN and POS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..run.view import Tags
 
 
 def with_values(routine: Routine, tags: Tags, specs: Mapping[str, Spec]) -> Routine:
-    """Return a routine with current PRE, ACC, LEN and POS; computed subscripts keep the rung's values."""
+    """Return a routine with current PRE, ACC, LEN and POS; computed subscripts keep the written values."""
     rungs = tuple(replace(rung, series=_series(rung.series, tags, specs)) for rung in routine.rungs)
     return replace(routine, rungs=rungs)
 
@@ -35,7 +35,7 @@ def _element(element: Element, tags: Tags, specs: Mapping[str, Spec]) -> Element
 
 
 def _value(structure: Operand, member: str, tags: Tags, written: Operand) -> Operand:
-    """Return the current value of a member, or the written operand for a computed subscript."""
+    """Return the current value of a member, or the operand as written if a subscript is computed."""
     assert isinstance(structure, Address)
     try:
         return number(tags[str(structure.member(member))])

@@ -29,7 +29,7 @@ class ScanInputs(NamedTuple):
 
 
 class PlainInputs(NamedTuple):
-    """The inputs of successive scans with images only, as arrays with a row per scan."""
+    """The inputs of consecutive scans that have only images, as arrays with a row per scan."""
 
     times: Any  # ns
     images: Sequence[Any]  # for each image in layout order, its words by scan

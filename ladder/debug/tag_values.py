@@ -1,4 +1,4 @@
-r"""Finds tags by pattern, with the Python expressions that read them, for a recorder.
+r"""Finds tags by pattern for a recorder, with the Python expressions that read them.
 
 The expressions use the variables of the compiled program, which are the cells of its memory.
 
@@ -43,7 +43,7 @@ class TagValue:
 
 
 class ImageNamedError(LadderError):
-    """Raised for a pattern that matches a part of a module's image, which is not a tag."""
+    """The pattern matches part of a module's image, which is not a tag."""
 
 
 class TagValues:
@@ -55,7 +55,7 @@ class TagValues:
         self._names = NamesByPattern((without_ranges(value.name) for value in self.all_values), fold=True)
 
     def matching(self, pattern: str) -> list[TagValue]:
-        """Return the values that a pattern matches; raise a LadderError for an image, or without a match."""
+        """Return the values that a pattern matches; raise a LadderError for an image, or for no match."""
         plain = without_ranges(normal(pattern))
         one_element = "[" in plain and not {"*", "?"} & set(plain)
         matches = [self.all_values[index] for index in self._names.indexes(plain)]
@@ -136,7 +136,7 @@ def _array_name(layout: Layout, name: str) -> str:
 def _values(
     layout: Layout, path: str, name: str, kind: DataType, index: int, dims: tuple[int, ...]
 ) -> Iterator[TagValue]:
-    """Yield the values at a path and below; `name` is the path with subscripts and ranges."""
+    """Yield the values at and below a path; `name` is the path with subscripts and ranges."""
     count = count_of(dims)
     if isinstance(kind, Elementary):
         yield _value(layout, name, layout.leaf(path), index * count, count if dims else 0)

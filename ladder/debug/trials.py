@@ -1,7 +1,7 @@
-"""Tries other inputs on a copy of a ladder program, for `remedies`.
+"""Tries different inputs on a copy of a ladder program, for `remedies`.
 
 The copy starts in the program's state after a scan. Inputs are terminals of input images, and tags that no
-rung writes. All inputs except the changed ones keep their values in that scan.
+rung writes. All inputs except the changed ones keep the values that they had in that scan.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .stretch import ScanInputs
 from .watching import WatchedEngine
 
 Name = Callable[[int, int, int | None], str | None]
-"""Returns the name of the terminal at slot, word and bit (None for the whole word), or None."""
+"""Returns the name of the terminal at a slot, word and bit (None for the whole word), or None."""
 
 
 @dataclass(slots=True)
@@ -72,7 +72,7 @@ class Trials:
             self._period_ns = self.live.now_ns - previous.now_ns
 
     def _try(self, changes: Sequence[InputChange], cell: Cell, requested: Value) -> int | None:
-        """Run scans with changed inputs; return the number of scans until a cell has a value, or None."""
+        """Run scans with changed inputs; return how many it took until a cell had a value, or None."""
         engine = self.past.engine
         engine.hold({})
         restore(engine.memory, self._values)
@@ -110,7 +110,7 @@ class Trials:
     # --- candidates
 
     def candidates(self, tag: str, requested: Value) -> Iterator[Candidate]:
-        """Yield the inputs that a tag depends on according to the program's text, nearest first."""
+        """Yield the inputs that a tag depends on according to the program's code, nearest first."""
         compared = [] if isinstance(requested, bool) else [requested]
         operands_read: dict[str, Place | Group] = {}
         reads = self._reads()
@@ -195,7 +195,7 @@ def _numbers(operands: Iterable[Any]) -> Iterator[float]:
 
 
 def _merged(word: int, change: InputChange) -> int:
-    """Return a word, as a nonnegative number, with a changed input."""
+    """Return a word with a changed input, as a nonnegative number."""
     mask: int | None = change.cell.mask
     if mask is None:
         return int(change.value) & 0xFFFF

@@ -1,4 +1,4 @@
-"""A program watched in the interpreter: the power of its rungs, and all changes of memory."""
+"""Watches a program in the interpreter: the power of its rungs, and all changes in memory."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class WatchedMemory(Memory):
         watcher: called for each change in a watched scan.
         outside: collects external writes between scans, or None.
         on_outside: called after each external write.
-        forces: the forces; `hold` replaces the mapping and never changes it.
+        forces: the forces; `hold` replaces the mapping and never modifies it.
         forced_by_key: the forced values by leaf identifier and index.
     """
 
@@ -142,7 +142,7 @@ class WatchedMemory(Memory):
         """Return None, so that values are written one by one."""
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
-        """Return a value with the force on its place applied."""
+        """Return a value after applying the force on its place, if any."""
         forced = self.forced_by_key.get((leaf.ident, index))
         return value if forced is None else forced.merged(value)
 
@@ -209,12 +209,12 @@ class WatchedInterpreter(Interpreter):
             self.running.pop()
 
     def _statement_truth(self, running: _CurrentRung, key: tuple[str, int]) -> tuple[bool, ...]:
-        """Return whether a line of structured text was true: in any statement and any pass of a loop."""
+        """Return whether a line of structured text was true in any of its statements and loop passes."""
         was_left = not running.truth  # by EXIT, RETURN or a fault
         return (was_left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
     def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
-        """Record the condition of a body, with the values that it read, while the body runs."""
+        """Record a body's condition, with the values that it read, while the body runs."""
         (step,) = head.nodes
         assert isinstance(step, LoweredStep)
         site = self.lowered.sites[step.site]
@@ -251,7 +251,7 @@ class WatchedInterpreter(Interpreter):
         return power_after
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
-        """Copy parameters without recording: the copying rungs are not part of the program."""
+        """Copy parameters without recording, because the copying rungs are not part of the program."""
         self._silent += 1
         try:
             super().copy_parameters(copies, prescan=prescan)

@@ -1,7 +1,7 @@
 """An engine that runs compiled, or in the interpreter while it is watched.
 
-Changes are watched in the interpreter, which is the compiler's reference. The compiled program can record the
-power of rungs and apply forces, see `compiler.observed`.
+Changes are watched in the interpreter, which is the reference for the compiler. The compiled program can
+record the power of rungs and apply forces, see `compiler.observed`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .watched import Change, WatchedInterpreter, WatchedMemory
 
 
 class WatchedEngine(Engine):
-    """An engine that runs compiled, or, while it is watched, in the interpreter."""
+    """An engine that runs a program compiled, or in the interpreter while it is watched."""
 
     memory_type = WatchedMemory
     interpreter_type = WatchedInterpreter
@@ -59,7 +59,7 @@ class WatchedEngine(Engine):
     # --- observation
 
     def hold(self, forces: Forces) -> None:
-        """Replace all forces, beginning with the next scan; the mapping is kept and must not change."""
+        """Replace all forces, starting with the next scan; the mapping is kept and must not be modified."""
         if forces is self.memory.forces:
             return
         self._variables = self.memory.hold(forces)
@@ -90,7 +90,7 @@ class WatchedEngine(Engine):
 
     @property
     def truths(self) -> Mapping[LineKey, tuple[bool, ...]]:
-        """The power of lines in the latest scan: of all lines if it was watched, else of the noted lines."""
+        """The power of lines in the latest scan: all lines if it was watched, otherwise the noted lines."""
         if self.watching:
             return dict(self.interpreter.truths)
         truths = {}
@@ -101,14 +101,14 @@ class WatchedEngine(Engine):
         return truths
 
     def ran(self, key: LineKey) -> bool:
-        """Whether a noted line ran in the latest scan."""
+        """Return whether a noted line ran in the latest scan."""
         if self.watching:
             return key in self.interpreter.truths
         position = self._positions.get(key)
         return position is not None and bool(self._notes) and self._notes[position] is not None
 
     def true_at_end(self, key: LineKey) -> bool:
-        """Whether a noted line was true at its end in the latest, compiled scan."""
+        """Return whether a noted line was true at its end in the latest scan, which was compiled."""
         position = self._positions.get(key)
         if position is None or not self._notes:
             return False

@@ -21,14 +21,14 @@ def changes_of(history: Iterable[Change], operand: Place | Group) -> list[Change
 
 
 def most_relevant(changes: Sequence[Change], operand: Place | Group) -> Change | None:
-    """Return the most relevant change: the last, or for a timer or counter, the last of a status bit."""
+    """Return the most relevant change: the last, or a timer's or counter's last of a status bit."""
     bits = [change for change in changes if change.leaf.type.is_bool] if is_counted(operand) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
 
 
 def state_of(operand: Place | Group, value: object) -> str:
-    """Describe a tag's value; a timer's as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
+    """Describe a tag's value; a timer reads `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
     if not is_counted(operand) or not isinstance(value, Mapping):
         return shown(value)
     bits = [f"{name} = {shown(bit)}" for name, bit in value.items() if isinstance(bit, bool)]
@@ -48,14 +48,14 @@ def _concerns(change: Change, operand: Place | Group) -> bool:
 
 
 def _same_element(change: Change, group: Group) -> bool:
-    """Whether a change concerns an element of the group."""
+    """Return whether a change concerns an element of the group."""
     dims = change.leaf.dims
     index = fixed_index_in(dims, group.indices)
     return index is None or change.index // count_of(dims[len(group.indices) :]) == index
 
 
 def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> str:
-    """Return the sentence for an unchanged tag, with its possible writers."""
+    """Return a sentence about an unchanged tag and its possible writers."""
     if not writers:
         return f"{tag} is {shown(value)}: no rung writes it."
     listed = "\n".join(f"    {writer}" for writer in writers)

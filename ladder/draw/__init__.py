@@ -1,8 +1,8 @@
-"""Drawings of rungs: one layout, drawn in box characters or as SVG.
+"""Drawings of rungs: a single layout that can be drawn in box characters or as SVG.
 
 | file | content |
 |---|---|
-| `ruler`, `layout` | sizes of elements; their places |
+| `ruler`, `layout` | sizes of elements; their positions |
 | `marks`, `shapes`, `markup` | symbols; lines, curves and letters; SVG elements |
 | `characters`, `svg`, `live` | a routine as text, as SVG, as SVG that a page updates |
 | `chart`, `diagram` | a sequential function chart, a function block diagram |

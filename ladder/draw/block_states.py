@@ -1,4 +1,4 @@
-"""Current states of blocks in words: `moving to 6,000` instead of a box of parameters.
+"""Describes current block states in words: `moving to 6,000` instead of a box of parameters.
 
 A block has a row for each state. The condition of a row is a BOOL or `POWER`, and the page shows the first
 row with a condition that is on. `.ACC` is a member of the first operand, `Axis.Position` is a member of the
@@ -19,10 +19,10 @@ POWER = "*"
 
 
 class BlockState(NamedTuple):
-    """A state of a block: its condition, "" for always, and up to two lines. A number is on if it is not 0.
+    """A block's state: its condition ("" means always) and up to two lines. A number is on if it is not 0.
 
     `{Position}` stands for a value, and `{.ACC:s}` for a value in ms that is shown in seconds. If the
-    instruction has a time base, as in an SLC 500, the page gets `{.ACC:s10}`, for a value in units of 10 ms.
+    instruction has a time base, as in an SLC 500, the page uses `{.ACC:s10}` for a value in units of 10 ms.
     """
 
     condition: str
@@ -72,7 +72,7 @@ BESIDE: Mapping[str, tuple[BlockState, ...]] = {
     **dict.fromkeys(("SRT", "FFL", "FFU", "LFL", "LFU", "SQL"), _control(2)),
     **dict.fromkeys(("AVE", "STD", "SQI", "SQO"), _control(3)),
 }
-"""States of instructions that still show their operands; the text is beside the title."""
+"""States of instructions that still show their operands; the text appears beside the title."""
 
 STATES: Mapping[str, tuple[BlockState, ...]] = {
     "Amci3601": (
@@ -100,19 +100,19 @@ STATES: Mapping[str, tuple[BlockState, ...]] = {
 """States of blocks by instruction; the text replaces the operands."""
 
 _OF_OTHER_ADD_ONS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
-"""States of an add-on instruction that has these outputs."""
+"""States for any other add-on instruction that has these outputs."""
 
 TIME_BASE = "Time base"
 """Caption of the operand with the time base of an SLC 500's timer, in seconds."""
 
 WIDE = 26
-"""Columns reserved for a line."""
+"""Columns reserved for a line of state text."""
 
 _REFERENCE = re.compile(r"\{([^}]+?)(:s\d*)?\}")
 
 
 class BlockTexts(NamedTuple):
-    """The states of a block with a program's tag names; `{Out.ACC}` is a value."""
+    """The states of a block, with a program's tag names; `{Out.ACC}` stands for a value."""
 
     states: tuple[BlockState, ...]
 
@@ -126,7 +126,7 @@ class BlockTexts(NamedTuple):
         return [(state.condition, state.second_line if number else state.line) for state in self.states]
 
     def names(self) -> tuple[str, ...]:
-        """Return the tags in conditions and lines."""
+        """Return the tags used in conditions and lines."""
         names = [state.condition for state in self.states if state.condition not in ("", POWER)]
         for state in self.states:
             for text in (state.line, state.second_line):
@@ -168,7 +168,7 @@ class _TagReader(NamedTuple):
         """Return a reference with a tag name, or a constant's text.
 
         Raises:
-            LookupError: the instruction has no such operand, or the operand has no such tag.
+            LookupError: the instruction does not have that operand, or the operand does not have that tag.
         """
         stem, _, member = reference.partition(".")
         if stem.isdigit():

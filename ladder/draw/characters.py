@@ -33,10 +33,10 @@ LIGHT = {
 """Characters of a cell, by the directions of its wires."""
 
 HEAVY = dict(zip("─│┌┐└┘├┤┬┴┼", "━┃┏┓┗┛┣┫┳┻╋", strict=True))
-"""The same characters with power."""
+"""The same characters for wires with power."""
 
 HEAVY_SIGN = str.maketrans("┤├", "┨┠")
-"""The sign of a contact with power after it."""
+"""Translates the characters of a contact to those of a contact with power after it."""
 
 
 class _Canvas:
@@ -176,6 +176,6 @@ def lines_of(routine: Routine, shown: Iterable[int] | None) -> Iterator[Numbered
 
 
 def ran(truths: Sequence[Sequence[bool] | None] | None, number: int) -> bool:
-    """Return whether a line of structured text ran, and was true if it is a condition."""
+    """Return whether a line of structured text ran and, if it is a condition, was true."""
     truth = truths[number] if truths and number else None
     return truth is not None and len(truth) > 0 and truth[-1]

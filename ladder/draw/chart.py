@@ -2,8 +2,8 @@
 
     <g class="element step" data-at="Main.3" data-lit="Fill.X"> ... </g>
 
-The page sets `data-value` of a group from the tag in `data-lit`, if a step is active, an action is on, or a
-transition is true. Units are pixels. Widths depend on the texts; a character is 8 wide.
+The page sets a group's `data-value` from the tag in `data-lit`, which is on if a step is active, an action is
+on, or a transition is true. Units are pixels. Widths depend on the text; a character is 8 pixels wide.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def live_chart(chart: Chart, ident: str, name_of: TagName = str) -> LivePicture:
 
 
 def action_lines(action: Action) -> list[str]:
-    """Return the shown lines of an action's box: its name, then its body."""
+    """Return the lines shown in an action's box: its name, then its body."""
     head = action.name if action.preset is None else f"{action.name}  PRE := {action.preset}"
     if action.body is None:
         return [cut(head, MOST_WIDE)]
@@ -44,7 +44,7 @@ def action_lines(action: Action) -> list[str]:
 
 
 def _actions_width(step: ChartStep) -> int:
-    """Return the width of the longest line of a step's actions; 0 without actions."""
+    """Return the width of the longest line of a step's actions; 0 if it has none."""
     longest = max((len(line) for action in step.actions for line in action_lines(action)), default=0)
     return longest * CELL
 
@@ -226,7 +226,7 @@ def _text(x: int, y: int, text: str, kind: str) -> str:
 
 
 def chart_lines(chart: Chart) -> Iterator[tuple[int, str]]:
-    """Yield a chart as numbered lines: each step, its actions, and the transitions that leave it."""
+    """Yield a chart as numbered lines: each step, its actions, and its outgoing transitions."""
     for step in chart.steps:
         yield step.number, step.head
         for action in step.actions:

@@ -4,9 +4,9 @@
     <path class="wire" data-lit="Delay.DN" d="..."/>
     <text class="value" data-value-of="Delay.ACC"></text>
 
-The page sets `data-value` of elements with `data-lit`, which are wires and references of bits, and fills in
+The page sets `data-value` of elements with `data-lit`, which are wires and references for bits, and fills in
 the values. An element has nested groups, one for each of its lines of structured text. The editor's
-coordinates are stretched, because names are wider here.
+coordinates are scaled up, because names are wider here.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from ..model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
 from .markup import CELL, LivePicture, attribute, cut, live_picture, plain
 
 PinTag = Callable[[str], tuple[str, bool] | None]
-"""Returns the full tag name of an address with a single value, and whether it is a bit; else None."""
+"""Returns the full tag name of a single-value address, and whether it is a bit; otherwise None."""
 
 STRETCH_X, STRETCH_Y = 2.0, 1.25
 PIN, HEAD, PAD, LINE = 24, 46, 10, 18
-"""Pixels: height of a pin's row, height of a block's head, padding of texts, height of a line."""
+"""Pixels: height of a pin's row, height of a block's header, padding around text, height of a line."""
 
 LEAST, EDGE, TITLE = 128, 24, 34
 """Pixels: minimum width of a block, margin of a sheet, height of its title."""
@@ -34,7 +34,7 @@ BOX = 24
 
 
 def as_written(address: str) -> tuple[str, bool] | None:
-    """Return an address as a tag that is not a bit, for drawings without values."""
+    """Return an address as if it named a tag that is not a bit, for drawings without values."""
     return (address, False) if address and not address[0].isdigit() else None
 
 
@@ -92,7 +92,7 @@ class _Sheet:
         return x, y, width, HEAD + PIN * max(len(element.inputs), len(element.outputs), 1)
 
     def svg(self) -> Iterator[str]:
-        """Yield the SVG: the title, the wires, then the elements over them."""
+        """Yield the SVG: the title, the wires, then the elements drawn over them."""
         title = f"Sheet {self._sheet.number}" + (f"  {self._sheet.comment}" if self._sheet.comment else "")
         yield self._text(EDGE, self._top + LINE, " ".join(title.split()), "heading")
         for number, wire in enumerate(self._sheet.wires):
@@ -116,7 +116,7 @@ class _Sheet:
         return f'<text class="bit value" data-value-of={attribute(tag[0])} x="{x}" y="{y}"{anchor}></text>'
 
     def _lit(self, address: str) -> str:
-        """Return the attribute that makes the page light an element from a bit."""
+        """Return the attribute that makes the page light an element when a bit is on."""
         tag = self._tag(address)
         return f" data-lit={attribute(tag[0])}" if tag is not None and tag[1] else ""
 

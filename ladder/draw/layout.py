@@ -1,4 +1,4 @@
-"""Layout of a rung: wires, contacts, coils, boxes, names.
+"""Layout of a rung: wires, contacts, coils, boxes and names.
 
 The x axis points right from the left power rail, and the y axis points down. Parts are measured, then placed.
 
@@ -29,7 +29,7 @@ def lay_out(
     truth: Sequence[bool] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> Picture:
-    """Place a rung, with `width` columns between the rails, or more if names or nesting need it.
+    """Place a rung with `width` columns between the rails, or more if names or nesting require it.
 
     Args:
         truth: see `power`.

@@ -32,7 +32,7 @@ VALUE = 12
 """Columns reserved for a value in a box."""
 
 SHORT_LINE = len("TON 0.020 of 10.000 s")
-"""Columns of a box with one line: its title and its state."""
+"""Columns in a one-line box, which has its title and its state."""
 
 HEAD, FOOT = 3, 10
 """Units above the first row and below the lowest mark."""
@@ -41,7 +41,7 @@ EDGE = 1
 """Columns outside each rail."""
 
 SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
-"""Instructions with a box of one line; its title shows their members."""
+"""Instructions drawn as a one-line box whose title shows their members."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ def _document(picture: Picture, ident: str, text: str, content: str) -> str:
 
 
 def _height(picture: Picture) -> str:
-    """Return the height of the marks with a margin, without an empty row below a box."""
+    """Return the height of the marks with a margin, but without an empty row below a box."""
     return units(HEAD + (bottom_of(picture) + 0.5) * ROW + FOOT)
 
 
@@ -211,7 +211,7 @@ class _ValueRuler(Ruler):
 
 
 class _Group:
-    """The markup of one element: one path for wires, one for strokes, then the rest."""
+    """The markup of one element: one path for wires, one for strokes, then everything else."""
 
     def __init__(self) -> None:
         self._strokes: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Parts of a rung's drawing, in cells of one character: x to the right, y downwards.
+"""Parts of a rung's drawing, in one-character cells; x points right and y points down.
 
 A mark carries the power of an element, as numbered by `power`.
 """
@@ -61,7 +61,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """The place where a lower leg of a branch meets the vertical wire."""
+    """The point where a lower leg of a branch meets the vertical wire."""
 
     x: int
     y: int

@@ -18,11 +18,11 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 TagName = Callable[[Address], str | None]
-"""Returns the full tag name of an address with a single value, else None."""
+"""Returns the full tag name of a single-value address; otherwise None."""
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text of at most `most` characters; a longer text ends in `…`."""
+    """Return a text cut to at most `most` characters; a text that was cut ends in `…`."""
     return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
@@ -100,7 +100,7 @@ class Pen:
         return f'<rect class="{kind}" {position} {size} rx="3"/>'
 
     def letters(self, letters: Letters, kind: str) -> str:
-        """Return a text with one column per character; "" if it is empty."""
+        """Return text with one column per character; "" if it is empty."""
         if not letters.text:
             return ""
         x, y = units((self.left + letters.x) * CELL), units((self.top + letters.y + 0.5) * self.row + 4.5)

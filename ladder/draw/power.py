@@ -1,7 +1,7 @@
-"""Numbers of a rung's elements, and the power after each element as one character.
+"""Numbers a rung's elements, and shows the power after each element as one character.
 
 Elements are numbered from 0: instructions in order of execution, then branches in order of opening, then the
-left rail. A wire has the power of the element before it.
+left rail. A wire shows the power after the element before it.
 """
 
 from __future__ import annotations

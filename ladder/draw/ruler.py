@@ -1,7 +1,7 @@
 """Sizes of a rung's parts: columns, and rows above and below the wire.
 
-Contacts and coils have their name above the wire. Every other instruction is a box with its name in the upper
-edge and one operand per line; the wire is at the first line.
+Contacts and coils have their name above the wire. Every other instruction is a box with its name in the top
+edge and one operand per line; the wire meets the first line.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Positio
 
 
 def _captions(spec: Spec) -> tuple[str, ...]:
-    """Return the captions of an instruction's operands; if it has none, names of the shown members."""
+    """Return the captions of an instruction's operands, or the names of shown members if it has none."""
     shown = {index: _OF_MEMBERS.get(member, member) for index, (_, member) in spec.members.items()}
     return spec.captions or tuple(shown.get(index, "") for index in range(max(shown, default=-1) + 1))
 
@@ -36,10 +36,10 @@ GAP = 1
 """Columns of wire on either side of an instruction."""
 
 JOIN = 1
-"""Columns of a branch's vertical wire on either side."""
+"""Columns for a branch's vertical wire on either side."""
 
 MARKS = 2
-"""Columns of the marks at the ends of a line that is broken."""
+"""Columns for the marks where a series is broken into lines."""
 
 NARROWEST = 12
 """Minimum columns of a branch leg, at any depth."""
@@ -69,14 +69,14 @@ class LineLayout:
 
 @dataclass(frozen=True, slots=True)
 class SeriesLayout:
-    """A series in one or several lines; `room` is the columns per element."""
+    """A series in one or several lines; `room` is the number of columns available per element."""
 
     lines: tuple[LineLayout, ...]
     room: int | None
 
     @property
     def width(self) -> int:
-        """The columns, including marks."""
+        """The number of columns, including marks."""
         last = len(self.lines) - 1
         return max(line.size.width + (index > 0) + (index < last) for index, line in enumerate(self.lines))
 
@@ -175,7 +175,7 @@ class Ruler:
         yield tuple(line)
 
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        """Return the lines of a box; a long operand takes several lines."""
+        """Return the lines of a box; a long operand is split into several lines."""
         captions = self._captions.get(instruction.name, ())
         missing = len(instruction.operands) - len(captions)
         all_captions = [*captions[: len(instruction.operands)], *[""] * missing]
@@ -199,7 +199,7 @@ class Ruler:
         return ()
 
     def value(self, instruction: Instruction) -> str | None:
-        """Return the tag shown beside a contact or a coil, or None."""
+        """Return the tag shown beside a contact or coil; None if there is none."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""Marks as lines, curves, frames and letters. A cell is 1 by 1, centered at whole numbers; y is downwards."""
+"""Marks as lines, curves, frames and letters. Cells are 1 by 1, centered at whole numbers; y goes down."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .marks import Box, Corner, Mark, Picture, Symbol, Wire
 from .ruler import caption_width
 
 HEADING = 0.92
-"""Rows from a box's heading to its first line; with a full row, the frame would touch the heading."""
+"""Rows from a box's heading to its first line; at a full row, the frame would touch the heading."""
 
 NEXT_TO = 0.4
 """Columns between a sign and its value."""
@@ -48,7 +48,7 @@ class BoxFrame:
 
 @dataclass(frozen=True, slots=True)
 class Letters:
-    """A text; its first character is in a cell."""
+    """A text that starts in a given cell."""
 
     x: float
     y: float
@@ -57,7 +57,7 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """The place of a tag's value: beside a symbol below its wire, or at the right edge of a box."""
+    """The place of a tag's value: next to a symbol, below its wire, or at the right edge of a box."""
 
     x: float  # column of its beginning or end
     y: float
@@ -72,7 +72,7 @@ Form = Line | Curve | BoxFrame | Letters | Value
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A form, its style class, and the element of the power that it shows, or None."""
+    """A form, its style class, and the element whose power it shows, or None."""
 
     form: Form
     kind: str

@@ -1,7 +1,7 @@
-"""Routines as SVG: the same layout as in characters, with cells of 8 by 20 units.
+"""Routines as SVG: the same layout as in box characters, with cells of 8 by 20 units.
 
 Wires and symbols with power have the class `live`. The title of a rung is its text, which a browser shows
-under the pointer. Colors follow the reader's light or dark scheme.
+when the pointer is over the rung. Colors follow the reader's light or dark scheme.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Programs in files: `.rung`, `.st`, `.steps`."""
+"""Reads and writes programs in `.rung`, `.st` and `.steps` files."""
 
 from __future__ import annotations
 

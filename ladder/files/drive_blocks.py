@@ -2,11 +2,11 @@
 
 The library file does not change. Each row here replaces a line of its text, or inserts lines before a line.
 Blocks still write the eight words of a 3601. Only `Amci3601` reads and writes the words of the drive, as
-`io_images.drives.translation` does for axes in Python. `Model` selects the words: 0 of a 3601, 1 of the SMD
-family, 2 of an ANF2.
+`io_images.drives.translation` does for axes in Python. `Model` selects whose words are used: 0 for a 3601, 1
+for the SMD family, 2 for an ANF2.
 
     Axis.Setup      the ten words of Configure3601
-    Axis.Formats    bit 0 the drive reads 32 bits, 1 it reports 32 bits, 2 the low word is first
+    Axis.Formats    bit 0: the drive reads 32 bits; 1: it reports 32 bits; 2: the low word is first
     Axis.Sensors    the inputs that capture, bit 0 = input 1
     Module.Raw      the drive's input words, then its output words
 """
@@ -143,7 +143,7 @@ XIC(Request.Start)NEQ(Axis.Model,0)COP(Configuration,Axis.Setup[0],10)MOV(Axis.S
 
 
 def for_drives(text: str) -> str:
-    """Return the text of the library with the rows applied."""
+    """Return the library's text after applying the rows."""
     head, *sections = text.split("\nINSTRUCTION ")
     text_of = {"": head, **{section.split(maxsplit=1)[0]: section for section in sections}}
     for block, line, replacement in ROWS:

@@ -18,7 +18,7 @@ _CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+"""
 
 
 def cut_comment(line: str) -> str:
-    """Return a line up to a `//` that is not in quotes."""
+    """Return the part of a line before a `//` that is not in quotes."""
     code = _CODE.match(line)
     assert code is not None, "it may match nothing"
     return code.group()
@@ -33,7 +33,7 @@ class LineReader:
     """Reads lines from the index `start` up to `end`; `specs` are the known instructions."""
 
     end_shown = "the end of the file"
-    """The end of the lines in messages."""
+    """What messages call the end of the lines."""
 
     def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
         self._lines, self._line_index, self._end, self._file, self._specs = lines, start, end, file, specs
@@ -48,7 +48,7 @@ class LineReader:
         return None
 
     def _fail(self, expected: str, actual: str = "") -> NoReturn:
-        """Raise a RungTextError at the next line; `actual` is by default the text of that line."""
+        """Raise a RungTextError at the next line; `actual` defaults to the text of that line."""
         text = self._lines[self._line_index] if self._line_index < self._end else ""
         column = len(text) - len(text.lstrip()) + 1
         shown = repr(text.strip()) if text.strip() else self.end_shown

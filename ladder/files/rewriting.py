@@ -44,14 +44,14 @@ class _Positions:
 
 
 def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ()) -> str:
-    """Return the text of a `.rung` file after edits of rungs and with new tags.
+    """Return the text of a `.rung` file with edited rungs and new tags.
 
     Args:
         text: the text of a valid program.
         edits: the edits, with rungs in the program's notation, see `EditedProgram`.
 
     Raises:
-        LadderError: the file has no such rung or program.
+        LadderError: the rung or program is not in the file.
     """
     lines = text.splitlines()
     positions = _positions_in(lines)

@@ -4,7 +4,7 @@
     DIALECT slc                                   // instructions of an SLC 500, see docs/slc.md
     USE axis3601                                  // add-on instructions of scanrack
     TYPE Step (Time : DINT, Valve : BOOL)
-    TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is a name of a bit
+    TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is the name of a bit
     TAG Run : BOOL
     TAG Recipe : Step[10] := [{"Time": 100}]      // initial values are JSON, 16#FF is allowed
     SLOT axis : 1
@@ -30,15 +30,15 @@ A controller has tags, tasks and programs, see `controller` and `schedule`:
     END
     END PROGRAM
 
-`ROUTINE Fill SFC` is a sequential function chart, see `chartreader`. A line CHARTS below the head has the
-options of all charts: CURRENT or UNTIL_FALSE (execution control), MOST_RECENT or INITIAL (restart position),
+`ROUTINE Fill SFC` is a sequential function chart, see `chartreader`. A CHARTS line below the head sets the
+options for all charts: CURRENT or UNTIL_FALSE (execution control), MOST_RECENT or INITIAL (restart position),
 DONT_SCAN, PROGRAMMATIC or AUTOMATIC (last scan of active steps). The first of each is the default.
 
-Add-on instructions come before the tags that are their instances, see `addon`. The first routine is the main
-routine unless PROGRAM says `MAIN name`. A rung ends with a semicolon and may have several lines; `//` starts
-a comment. `ROUTINE Fill ST` is a routine of structured text that ends with a line END.
+Add-on instructions come before the tags that are instances of them, see `addon`. The first routine is the
+main routine unless PROGRAM says `MAIN name`. A rung ends with a semicolon and may span several lines; `//`
+starts a comment. `ROUTINE Fill ST` is a structured text routine that ends with the line END.
 
-A `.st` file may begin with the lines that come before the first ROUTINE; statements follow.
+A `.st` file may begin with the lines that precede the first ROUTINE, followed by statements.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _check(text: str, kind: TextKind, file: str) -> None:
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:
-    """Write a program to a file; raise a LadderError if it has no text form, like routines in Python."""
+    """Write a program to a file; raise a LadderError if it has no text form, as with Python routines."""
     is_structured = Path(path).suffix == STRUCTURED_SUFFIX
     text = structured_text(program) if is_structured else program_text(program)
     Path(path).write_text(text, encoding="utf-8", newline="\n")
@@ -115,7 +115,7 @@ def structured_text(program: Program | Controller) -> str:
     """Return the text of a `.st` file.
 
     Raises:
-        LadderError: the program is not a single routine of structured text.
+        LadderError: the program is not a single structured text routine.
     """
     statements = [routine.statements for routine in program.routines]
     is_single_routine = isinstance(program, Program) and not (
@@ -131,7 +131,7 @@ def structured_text(program: Program | Controller) -> str:
 
 
 def program_text(program: Program | Controller) -> str:
-    """Return a program or controller as text; raise a LadderError if it has routines in Python."""
+    """Return a program or controller as text; raise a LadderError if it has Python routines."""
     if program.functions:
         names = ", ".join(program.functions)
         raise LadderError(
@@ -170,7 +170,7 @@ def _head(program: Program) -> str:
 
 
 def _options(logic: LadderLogic) -> Iterator[str]:
-    """Yield the lines of the dialect, allowed warnings and options of charts, unless they are defaults."""
+    """Yield the lines for the dialect, allowed warnings and chart options that are not defaults."""
     if logic.dialect != LOGIX:
         yield f"DIALECT {logic.dialect}"
     yield from (f"ALLOW {name}" for name in sorted(logic.allowed))
@@ -236,7 +236,7 @@ def _types(logic: LadderLogic) -> Iterator[str]:
 
 
 def _type_lines(kind: DataType, add_ons: Mapping[str, AddOn], written: dict[str, DataType]) -> Iterator[str]:
-    """Yield the lines of a type after the types that it uses, without types that are `written`."""
+    """Yield the lines of the types that a type uses, then its own; skip types that are `written`."""
     if isinstance(kind, Elementary) or kind.name in written:
         return
     definition = add_ons.get(kind.name.upper())

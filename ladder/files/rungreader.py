@@ -38,19 +38,19 @@ from .drive_blocks import for_drives
 from .linereader import LineReader, cut_comment, without_comment
 
 LIBRARIES = ("axis3601",)
-"""Libraries of add-on instructions in scanrack; `USE name` includes one."""
+"""Libraries of add-on instructions that come with scanrack; `USE name` includes one."""
 
 
 @dataclass(frozen=True)
 class Library:
-    """Shared types by name, and add-on instructions by name in capitals."""
+    """Shared types by name, and add-on instructions by uppercase name."""
 
     types: Mapping[str, DataType]
     add_ons: Mapping[str, AddOn]
 
 
 def load_library(name: str, *, drives: bool = False) -> Library:
-    """Read a library of scanrack, or raise a LadderError for an unknown name.
+    """Read a scanrack library; raise a LadderError if the name is unknown.
 
     Args:
         drives: whether the library is for a rack with a networked drive, see `drive_blocks`.
@@ -253,7 +253,7 @@ class Reader(LineReader):
         return program
 
     def _structured_routine(self, program: Program, start: int, name: str) -> None:
-        """Read declarations, beginning at a line, and the statements below them as a routine."""
+        """Read declarations that begin at a line, and the statements after them as a routine."""
         self._line_index = start
         while _DECLARES.match(self._line_at(self._skip_comments(start))):
             self._line_index = self._skip_comments(start)
@@ -297,7 +297,7 @@ class Reader(LineReader):
 
     @contextmanager
     def _at_line(self, number: int) -> Iterator[None]:
-        """Add the file and line to errors of a declaration, in the body of a `with`."""
+        """Add the file and line to declaration errors in the body of a `with` statement."""
         try:
             yield
         except LadderError as error:
@@ -509,7 +509,7 @@ def _quoted(match: re.Match[str]) -> str:
 
 
 def _patterns(value: object, kind: DataType | None) -> object:
-    """Replace marked numbers with a radix by their values, of which the bits fit the type `kind`."""
+    """Replace marked numbers with a radix by the values that have the same bits in the type `kind`."""
     if isinstance(value, list):
         return [_patterns(element, kind) for element in value]
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Programs as a list of steps: words for a 3601, and the condition for the next step.
+"""Programs as a list of steps: words for a 3601, and the condition for advancing to the next step.
 
     SLOT 1                                            # the default
     words 843Eh 003Fh 1      until MODE_CONFIG -CONFIG_ERROR
@@ -7,8 +7,8 @@
     idle                     for 20 ms
 
 A step writes its words only in its first scan. It ends in the first later scan with the listed status bits (a
-minus means clear), or after its time. The next step begins in the scan in which a step ends. The last step
-does not end.
+minus means clear), or when its time is up. The next step begins in the scan that ends the step. The last step
+never ends.
 
     words A B ...            these words, then zeros; hexadecimal with an h
     zero                     all words 0
@@ -44,7 +44,7 @@ _PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
 
 
 class StepsError(SiteError):
-    """Raised for an invalid line; the message has the file, the line and what is allowed."""
+    """A line is invalid; the message has the file, the line and what is allowed."""
 
 
 class _Slot(Protocol):
@@ -88,7 +88,7 @@ class Step:
         return "" if self.for_ns is None else time_text(self.for_ns)
 
     def ends(self, inputs: Image, lasted_ns: int) -> bool:
-        """Return whether the step ends in a scan with these inputs, `lasted_ns` after it began."""
+        """Return whether the step ends in a scan with these inputs, `lasted_ns` after the step began."""
         if self.rise or self.fall:
             active = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
             return self.rise <= active and self.fall.isdisjoint(active)
@@ -145,7 +145,7 @@ class Steps:
 
 
 def parse_steps(text: str, file: str = "") -> Steps:
-    r"""Read a program of steps, or raise a StepsError.
+    r"""Read a program of steps; raise a StepsError if it is invalid.
 
     >>> program = parse_steps("words 843Eh 003Fh 1 until MODE_CONFIG\nzero for 4 ms\nHOLD_MOVE")
     >>> [(step.line, sorted(step.rise), step.for_ns) for step in program.steps]

@@ -1,4 +1,4 @@
-"""Files of test routines, which run beside a program and `ASSERT` its behavior.
+"""Files of test routines, which run alongside a program and `ASSERT` its behavior.
 
     TEST feeder.toml FOR 12 s
     TAG Seen : BOOL
@@ -7,10 +7,10 @@
     XIC(Back.Done)ASSERT(Seen AND Strokes.ACC >= 1);
     END
 
-The head names the rack, relative to the file's folder, and the time, by default 10 s. In a `.rung` file, each
-routine with a name that begins with `test_` is a test; tests call other routines by JSR. A `.st` file is a
-single test with the file's name. Declarations may follow the head. A test may use the tags, types and
-instructions of the program.
+The head names the rack file, relative to the test file's folder, and the run time, which is 10 s by default.
+In a `.rung` file, each routine with a name that begins with `test_` is a test; tests call other routines with
+JSR. A `.st` file is a single test, named after the file. Declarations may follow the head. A test may use the
+tags, types and instructions of the program.
 """
 
 from __future__ import annotations
@@ -85,13 +85,13 @@ def read_test_file(path: Path) -> TestFile | None:
 
 
 def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[LadderLogic, str]:
-    """Return a copy of a program with a test file's routines, and the full name of the test routine.
+    """Return a copy of a program with a test file's routines added, and the test routine's full name.
 
-    The test routine is called after the main routine. In a controller, this is the main routine of the first
-    program of the continuous task, and the test has the tags of that program.
+    The test routine is called after the main routine. In a controller, this is the main routine of the
+    continuous task's first program, and the test has that program's tags.
 
     Raises:
-        LadderError: the file has a mistake, or declares a name that the program has.
+        LadderError: the file has an error, or declares a name that the program already has.
     """
     extended = program.copied()
     tested = _program_for_test(extended) if isinstance(extended, Controller) else extended
@@ -108,7 +108,7 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
 
 
 def _program_for_test(controller: Controller) -> Program:
-    """Return the program of a controller that gets the test routines."""
+    """Return the controller's program that receives the test routines."""
     names = [name for task in controller.tasks if task.kind is TaskKind.CONTINUOUS for name in task.programs]
     by_key = {program.name.upper(): program for program in controller.programs}
     programs = [by_key[name.upper()] for name in names if name.upper() in by_key] or controller.programs

@@ -1,8 +1,8 @@
 """The instruction set: one file per family, one row per instruction.
 
 A row is a `Spec`: the name, the operands, and the functions that check, execute and compile the instruction.
-The parser, Python front end, back ends, debugger and drawings read it. A new family has its name in `_FILES`
-and, for type checkers, an import. Names are those of the Logix 5000 general instructions manual.
+The parser, Python front end, back ends, debugger and drawings read it. To add a family, add its name to
+`_FILES` and, for type checkers, an import. Names are those of the Logix 5000 general instructions manual.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SPECS = tuple(row for family in FAMILIES for row in vars(family).values() if isi
 """All instructions, in the manual's order."""
 
 BY_NAME = {name: spec for spec in SPECS for name in (spec.name, spec.other) if name}
-"""Instructions by either name, in capitals."""
+"""Instructions by either of their names, in uppercase."""
 
 NAMES = tuple(spec.name for spec in SPECS)
 """Names for `from .instructions import *`."""

@@ -1,4 +1,4 @@
-"""The call of an add-on instruction: the base row of each definition's `Spec` [1756-PM010]."""
+"""Calls to add-on instructions: the base row for each definition's `Spec` [1756-PM010]."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ..state.lowered import ADD_ON, AddOnCall, Node
 
 
 def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
-    """Copy the inputs, run the routine for the rung's state, and copy the outputs; return EnableOut.
+    """Copy the inputs, run the routine for the rung's state, copy the outputs, and return EnableOut.
 
-    Without a routine for the state, only copy the inputs, and return false.
+    If there is no routine for the state, only copy the inputs and return false.
     """
     machine.copy_parameters(call.inputs)
     machine.put(call.enable_in, power)
@@ -31,7 +31,7 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
 
 
 def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
-    """Write the code of `_run`; return the expression of EnableOut."""
+    """Write the code that does what `_run` does; return the expression for EnableOut."""
     power = rungs.kept(power)
     _write_copies(rungs, call.inputs)
     rungs.values.set_bit(call.enable_in, power)
@@ -77,7 +77,7 @@ ADD_ON_CALL = always(
     decides=True,
 )
 OFF = "__EnableInFalse"
-"""Suffix of a call that runs as on a false rung, in structured text: `Valve__EnableInFalse(V1);`."""
+"""Suffix in structured text of a call that runs as on a false rung: `Valve__EnableInFalse(V1);`."""
 
 ADD_ON_OFF_CALL = always(
     ADD_ON,
@@ -87,10 +87,10 @@ ADD_ON_OFF_CALL = always(
     postscan=do_nothing,
     decides=True,
 )
-"""A call that runs as on a false rung where the ordinary call would run Logic; it does not prescan."""
+"""A call that runs as on a false rung, where an ordinary call would run Logic; it does not prescan."""
 
 
 def with_off_calls(specs: Mapping[str, Spec]) -> dict[str, Spec]:
-    """Return add-on specs by name in capitals, and the specs of their calls as on a false rung."""
+    """Return add-on specs, and specs of their calls that run as on a false rung, by uppercase name."""
     off = (replace(spec, name=f"{spec.name}{OFF}") for spec in specs.values())
     return {**specs, **{spec.name.upper(): spec for spec in off}}

@@ -1,4 +1,4 @@
-"""Instructions on arrays: an expression per element, a search, the size, and statistics.
+"""Array instructions: an expression per element, a search, the size, and statistics.
 
 FAL and FSC operate on elements beginning with POS; an expression names the element as `Data[Control.POS]`:
 
@@ -6,7 +6,7 @@ FAL and FSC operate on elements beginning with POS; an expression names the elem
 |---|---|
 | ALL | all in the scan in which the rung becomes true |
 | INC | one each time the rung becomes true |
-| a number | that number in each scan from then to the end, whatever the rung does |
+| a number | that number in each scan from then to the end, regardless of the rung |
 
 AVE, SRT and STD operate on one dimension of an array, beginning with the named element.
 """
@@ -149,7 +149,7 @@ def _check_numbers(array: Resolved, dimension: Constant, *others: Resolved) -> N
 
 
 def _run_on_edge(machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]) -> None:
-    """Run `operate` on a rising rung; it returns whether there is a result."""
+    """Run `operate` when the rung becomes true; `operate` returns whether there is a result."""
     control = Control(machine, group)
     if not power:
         _disable(control)
@@ -172,7 +172,7 @@ def _values(machine: Interpreter, array: Resolved, dimension: Constant, control:
 
 
 def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[..., None]:
-    """Return the executor of a statistic; `least` is the minimum number of values."""
+    """Return the function that executes a statistic; `least` is the minimum number of values."""
 
     def run(
         machine: Interpreter, power: bool, array: Resolved, dimension: Constant, target: Place, group: Group

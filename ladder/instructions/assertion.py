@@ -3,8 +3,8 @@
     XIC(Done)ASSERT(Strokes.ACC = 1);     rungs: reached with power
     IF Done THEN ASSERT(Strokes.ACC = 1); END_IF;
 
-A false assertion is a major fault of type 4, code 990, the first code that 1756-PM014 leaves to users. So the
-program stops at the failed line wherever it runs.
+A false assertion is a major fault of type 4, code 990, the first code that 1756-PM014 leaves to users. The
+program therefore stops at the failed line wherever it runs.
 """
 
 from __future__ import annotations

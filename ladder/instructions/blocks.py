@@ -1,6 +1,6 @@
 """Timers, a counter and one-shots for structured text; their parameters are members of a structure.
 
-In structured text, they replace TON, TOF, RTO, CTU, CTD, OSR and OSF. They act at each call. An earlier
+They replace TON, TOF, RTO, CTU, CTD, OSR and OSF in structured text. They act on every call. An earlier
 statement sets the input, which is a member: TimerEnable, CUEnable or InputBit.
 """
 

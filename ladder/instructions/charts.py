@@ -1,13 +1,13 @@
-"""Instructions that execute a scan of a sequential function chart.
+"""Instructions that together execute one scan of a sequential function chart.
 
-`lowering.charts` puts these rows in the order of a scan. Times of steps and actions count in ms from the scan
-that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The rows are
-not in `FAMILIES`, because no rung names them. A `LoweredChart` has these tags:
+`lowering.charts` puts these rows in the order of a scan. Step and action times are counted in ms from the
+scan that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The rows
+are not in `FAMILIES`, because rungs do not use them. A `LoweredChart` has these tags:
 
     state     0 new, 1 executing, 2 paused, 3 executing after program mode
-    reset     index of the step that SFR names, 0 for none
+    reset     index of the step that SFR names; 0 for none
     last      instant of the last execution, ns; `delta` is the time since then
-    seen      instant of the last call, ns, also of a paused chart; `rest` is the time since then
+    seen      instant of the last call, ns, even if the chart was paused; `rest` is the time since then
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def _increment_count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
 
 
 def _show_time(machine: Interpreter, bits: Mapping[str, Place], ns: int) -> int:
-    """Store a time in ns, show it in T in ms, and return T."""
+    """Store a time in ns, set T to it in ms, and return T."""
     shown = wrap(ns // _MS, DINT.bits)
     _set_members(machine, bits, ns=ns, T=shown)
     return shown
@@ -213,7 +213,7 @@ def _write_end_of_first_scan(rungs: RungWriter, node: ChartNode) -> None:
 
 
 def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
-    """Run the last scan of a step, and make it inactive."""
+    """Run the last scan of a step, then make the step inactive."""
     bits = node.bits
     _set_members(machine, bits, SA=0, LS=1)
     for chart_action in node.actions:
@@ -227,7 +227,7 @@ def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
 
 
 JUMPS = 100
-"""Number of backward jumps that a transition counts for; the watchdog allows 10,000 in a scan."""
+"""Number of backward jumps that a transition counts as; the watchdog allows 10,000 in a scan."""
 
 
 def _fire_transition(
@@ -245,7 +245,7 @@ def _fire_transition(
 
 
 def _update_action(machine: Interpreter, chart: LoweredChart, chart_action: ChartAction, _tag: Group) -> bool:
-    """Start or end an action, in a scan of its step or after the step; return whether its body runs."""
+    """Start or end an action, in a scan of its step or later; return whether its body runs."""
     bits, qualifier = chart_action.bits, chart_action.qualifier
     active = machine.truth(machine.get(chart_action.node.bits["X"]))
     if qualifier is Qualifier.R:
@@ -301,7 +301,7 @@ _DECISIONS: Mapping[Qualifier, _Decision] = {
     Qualifier.SD: lambda _active, _first, stored, reached: (stored and reached, stored),
     Qualifier.DS: lambda active, _first, stored, reached: (stored or (active and reached),) * 2,
 }
-"""By qualifier: whether an action is on, and whether it is stored [1756-PM006, choose a qualifier].
+"""By qualifier: returns whether an action is on, and whether it is stored [1756-PM006, choose a qualifier].
 
 The arguments say whether its step is active, whether this is the first scan of the step, whether the action
 was stored, and whether T has reached PRE.
@@ -348,7 +348,7 @@ def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool
 
 
 def _write_action(rungs: RungWriter, chart: LoweredChart, chart_action: ChartAction, _tag: Group) -> str:
-    """Write code for the common cases: N in its step, and a pulse that is off."""
+    """Write code for the common cases: an N action while its step is active, and a pulse that is off."""
     values, bits = rungs.values, chart_action.bits
     call = f"interpret({values.site})"
     on = f"{values.read(bits['A'])} and {values.read(bits['owner'])} == {chart_action.index}"
@@ -402,4 +402,4 @@ def fire_of(transition: ChartTransition) -> Spec:
 
 
 CALL = replace(JSR, postscan=do_nothing)
-"""The call of a body; its postscan belongs to the last scan of the action."""
+"""The call of an action's body; the body's postscan is part of the last scan of the action."""

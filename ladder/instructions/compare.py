@@ -50,7 +50,7 @@ def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved)
 
 
 def _lim_is_inline(*operands: Resolved) -> bool:
-    """Whether no operand can fault: LIM reads all of them, but Python's `a <= b <= c` may skip c."""
+    """Return whether no operand can fault; LIM reads all of them, but Python's `a <= b <= c` may skip c."""
     return not any(map(can_fault, operands))
 
 

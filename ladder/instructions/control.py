@@ -29,7 +29,7 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
 
 
 def routine_named(resolver: OperandResolver, name: Operand, remedy: str = "write the routine's name") -> str:
-    """Return the full name of an operand's routine, or raise an OperandError."""
+    """Return the full name of the routine that an operand names; raise an OperandError if there is none."""
     if not isinstance(name, Address) or name.steps:
         raise OperandError(f"{name} is not a routine", remedy)
     return resolver.named(name.name)
@@ -71,7 +71,7 @@ def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
 
 
 def _scan_routine_once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
-    """Return the prescan or postscan of a call, which scans a recursive routine only once."""
+    """Return the prescan or postscan function of a call, which scans a recursive routine only once."""
 
     def run(machine: Interpreter, call: Call, *_values: Resolved) -> None:
         if call.routine in machine.prescanned:
@@ -86,7 +86,7 @@ def _scan_routine_once(scan: Callable[[Interpreter, str], None]) -> Callable[...
 
 @contextmanager
 def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
-    """Yield the code of a call; if the routine is recursive, write code that counts the call around it."""
+    """Yield the code of a call; if the routine is recursive, surround it with code that counts the call."""
     inputs = "".join(f"{_plain(rungs, number, operand)}, " for number, operand in enumerate(call.inputs))
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
@@ -120,7 +120,7 @@ def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
 
 
 def _write_stored(rungs: RungWriter, number: int, target: Place | Group, text: str) -> None:
-    """Write code that stores parameter `number`, the value of the code `text`, in its tag."""
+    """Write code that stores parameter `number`, whose value is the code `text`, in its tag."""
     if isinstance(target, Group):
         rungs.writer.line(f"received({rungs.values.site}, {number}, {text})")
         return

@@ -1,4 +1,4 @@
-"""TOD and FRD: convert integers to binary coded decimal and back, four bits per digit [1756-RM003N]."""
+"""TOD and FRD: convert integers to binary-coded decimal and back, four bits per digit [1756-RM003N]."""
 
 from __future__ import annotations
 

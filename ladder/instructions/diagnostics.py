@@ -1,8 +1,9 @@
-"""FBC, DDT and DTR: comparisons bit by bit [1756-RM003N, compare and sequencer diagnostics].
+"""FBC, DDT and DTR: bit-by-bit comparisons [1756-RM003N, compare and sequencer diagnostics].
 
-FBC and DDT search once per rising rung: for the next mismatch if IN of the compare CONTROL is set, else for
-all mismatches. A mismatch sets FD and appends its bit number to the result array. DDT also copies the bit to
-the reference. A false rung resets a completed search, so that the next search begins at bit 0.
+FBC and DDT search once each time the rung becomes true: for the next mismatch if IN of the compare CONTROL is
+set, otherwise for all mismatches. A mismatch sets FD and appends its bit number to the result array. DDT also
+copies the bit to the reference. A false rung resets a completed search, so that the next search begins at bit
+0.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..state.regions import converted
 
 
 class _Bits:
-    """The bits of an array, numbered from the operand."""
+    """The bits of an array, numbered from the operand's first bit."""
 
     def __init__(self, machine: Interpreter, operand: Resolved) -> None:
         self._elements = Elements(machine, operand)

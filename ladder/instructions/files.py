@@ -46,7 +46,7 @@ def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
 
 
 def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Resolved) -> None:
-    """Write code for a copy between bytes as a slice."""
+    """Write code that copies between bytes as a slice."""
     count = _byte_count(rungs, length, target, source)
     if count != "0":
         with _if_any(rungs, count):
@@ -57,7 +57,8 @@ def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Re
 def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: ByteEnd) -> str:
     """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative.
 
-    It is the least of the operand's size and of the bytes from each end to the end of its array.
+    It is the minimum of the length operand's size and the number of bytes from each operand to the end of its
+    array.
     """
     ends = (target, *source)
     if isinstance(length, Constant):
@@ -76,7 +77,7 @@ def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
 
 
 def _write_singly(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion) -> None:
-    """Write code for the copy of a small structure as assignments."""
+    """Write code that copies a small structure with assignments."""
     for origin, goal in zip(source.parts, target.parts, strict=True):
         rungs.values.assign(_value_in(target, goal), rungs.values.read(_value_in(source, origin)))
 
@@ -90,13 +91,13 @@ def _value_in(region: ArrayRegion, field_slice: FieldSlice) -> Place:
 
 
 def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:
-    """Return code for the number of the region's first element."""
+    """Return code for the index of the region's first element."""
     flat = rungs.values.flat(region.parts[0].leaf, region.indices, region.text)
     return f"({flat}) * {region.rest}" if region.rest != 1 and region.indices else flat
 
 
 def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, length: int) -> bool:
-    """Write code for a copy between lists of one type as slices; return whether that was possible."""
+    """Write code that copies between lists of one type as slices; return whether that was possible."""
     first, begin = source.fixed_first, target.fixed_first
     if plain(source) is None or plain(source) != plain(target) or first is None or begin is None:
         return False
@@ -122,7 +123,7 @@ def _is_view(rungs: RungWriter, leaf: Leaf) -> bool:
 def _write_row(
     rungs: RungWriter, source: tuple[ArrayRegion, int], target: tuple[ArrayRegion, int], length: int
 ) -> bool:
-    """Write code for a copy from or to a whole InOut, which has its array length only in the call.
+    """Write code that copies from or to a whole InOut, whose array length is known only in the call.
 
     Return whether that was possible.
     """

@@ -1,4 +1,4 @@
-"""Prescans that several families share."""
+"""Prescan functions that several instruction families share."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ..model.operands import Group, Resolved
 
 
 def prescan_sets(position: int, **members: bool | int) -> Callable[..., None]:
-    """Return a prescan that sets members of the structure at a position among the operands.
+    """Return a prescan function that sets members of the structure at an operand position.
 
-    A prescan sets an edge bit so that a rung that is true in the first scan is not an edge.
+    Prescan sets an edge bit so that a rung that is true in the first scan does not count as an edge.
     """
 
     def prescan(machine: Interpreter, *operands: Resolved) -> None:

@@ -1,4 +1,4 @@
-"""Sequencer instructions: steps of a table of DINTs under a mask.
+"""Sequencer instructions, which step through a table of DINTs with a mask.
 
 LEN is the number of the last step. A program starts at step 0, and step 1 follows the last step.
 """

@@ -1,6 +1,6 @@
 """Shift instructions: bits of an array, and queues and stacks of elements.
 
-They act when the rung becomes true; .EN stores the rung's state (.EU for FFU and LFU). For queues, prescan
+They act when the rung goes true; .EN (.EU for FFU and LFU) stores the rung's state. For queues, prescan
 sets this bit, so that a rung that is true at power-up loads and unloads nothing. For BSL and BSR, prescan
 clears it.
 """
@@ -145,7 +145,7 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
 
 
 def _remove(elements: Elements, end: int, *, shift: bool) -> None:
-    """Clear the element before `end`; with `shift`, first move each element to the one before it."""
+    """Clear the element before `end`; with `shift`, first move each element down by one."""
     if shift:
         for number in range(1, end):
             elements.put(number - 1, elements.take(number))

@@ -1,6 +1,6 @@
 """Statements of structured text as instructions.
 
-They are not in `FAMILIES`, because no rung names them. `lowering.statements` makes steps with them.
+They are not in `FAMILIES`, because they never appear in rungs. `lowering.statements` makes steps with them.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ def _row(
     """Return the row of an instruction that stores a string or a number.
 
     Args:
-        width: width in which it computes numbers; None for their own widths.
+        width: width of its number arithmetic; None for each number's own width.
         code: code of the fault if the result is too long.
         store_number: stores the number in the interpreter; None if the result is a string.
     """
@@ -104,21 +104,21 @@ def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
-    """Return code that calls a function of `state.characters`; `typed` is a target for its conversion."""
+    """Return code that calls a function of `state.characters` and converts its result for `typed`."""
     if isinstance(typed, Place):
         arguments += [f"types[{typed.type.name!r}]", repr(typed.text)]
     return f"string_{name}(faults, {', '.join(arguments)})"
 
 
 def _is_inline(name: str, source: Resolved, target: Resolved) -> bool:
-    """Whether the code in `_INLINE` implements the instruction for these operands."""
+    """Return whether the code in `_INLINE` implements the instruction for these operands."""
     if name == "STOD":
         return isinstance(target, Place) and target.type.is_integer and target.type.bits >= DINT.bits
     return name != "DTOS" or is_integer(source)
 
 
 def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]:
-    """Write code for the condition that all of these variables have a value."""
+    """Write the condition that none of these variables is None."""
     values = [f"{text} is not None" for text in texts]
     return rungs.writer.block(f"if {' and '.join(values)}:") if values else nullcontext()
 
@@ -189,7 +189,7 @@ _INLINE = {
 }
 """Code of instructions that are a single expression: DTOS for integers, STOD to DINT or a longer type.
 
-`call` records the fault of a position out of range, and reads numbers in other forms.
+`call` records the fault for a position out of range, and reads numbers in other formats.
 """
 
 _NEVER_NONE = {"CONCAT", "DTOS", "RTOS", "UPPER", "LOWER"}

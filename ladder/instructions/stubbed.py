@@ -1,4 +1,4 @@
-"""A stubbed instruction: the base row of its `Spec`, see `stubs`.
+"""The base row of the `Spec` of a stubbed instruction; see `stubs`.
 
 rung      ____|‾‾‾‾|_____________
 EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
@@ -38,7 +38,7 @@ class Argument:
 
     @property
     def value(self) -> Value:
-        """The value of a plain tag; raises a ValueError for a structure or an array."""
+        """The value of a plain tag; a structure or array raises a ValueError."""
         return self._machine.get(self._place())
 
     @value.setter
@@ -70,7 +70,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class TimedCall:
-    """The members of an instruction that is done after some time."""
+    """The members of an instruction that takes time to finish."""
 
     bits: Mapping[str, Place]  # the members EN, DN, ER, IP and PC that exist
     error: Place | None  # member ERR, or None
@@ -144,7 +144,7 @@ def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bo
 
 
 def stub_spec(name: str, stub: Stub) -> Spec:
-    """Return the spec of a stubbed instruction, in capitals."""
+    """Return the spec of a stubbed instruction; its name is in capitals."""
 
     def resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
         if isinstance(stub, Power):
@@ -163,5 +163,5 @@ def stub_spec(name: str, stub: Stub) -> Spec:
 
 
 def specs_of_stubs(stubs: Mapping[str, Stub]) -> dict[str, Spec]:
-    """Return specs of stubbed instructions, by name in capitals."""
+    """Return the specs of stubbed instructions, by uppercase name."""
     return {name: stub_spec(name, stub) for name, stub in stubs.items() if replaces(stubs, name) is not None}

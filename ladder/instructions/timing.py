@@ -17,7 +17,7 @@ _MS = 1_000_000  # nanoseconds in a millisecond
 
 
 def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:
-    """Yield the members that RES clears, with their types: all except PRE and LEN."""
+    """Yield the members that RES clears (all except PRE and LEN), with their types."""
     assert isinstance(structure.type, Structure)
     for member in structure.type.members:
         if member.name not in ("PRE", "LEN"):

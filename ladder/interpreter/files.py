@@ -1,4 +1,4 @@
-"""Operands of instructions as objects: structures, and arrays from an element on."""
+"""Operands of instructions as objects: structures, and arrays starting at an element."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Control(Members):
 
 
 class Elements:
-    """Elements of an array from the operand on, along one or all dimensions; an index outside faults."""
+    """Elements of an array, starting at the operand, along one or all dimensions; a bad index faults."""
 
     def __init__(self, machine: PlaceValues, operand: Resolved, dimension: int | None = None) -> None:
         self._machine = machine

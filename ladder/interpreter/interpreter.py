@@ -1,7 +1,7 @@
 """The interpreter: it executes a lowered program step by step, as the reference for the compiler.
 
 Power flows from left to right. An input reached by power decides the power after it; an output reached by
-power acts. The `Spec` of each instruction has its function. This module executes rungs, branches, statements,
+power acts. Each instruction's function is in its `Spec`. This module executes rungs, branches, statements,
 calls of routines, prescan and postscan.
 """
 
@@ -37,7 +37,7 @@ from .files import Elements
 from .place_values import PlaceValues
 
 Caller = Callable[[str, Sequence[Passed]], Sequence[Passed]]
-"""Calls a routine in Python: name in capitals, values in; returns the values out."""
+"""Calls a Python routine by its name in capitals with input values, and returns its output values."""
 
 
 LINES_OF_CALL = 30
@@ -122,7 +122,7 @@ class Interpreter(PlaceValues):
                 number = target
 
     def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
-        """Run a rung or statement, without power in a disabled MCR zone; return the power after it."""
+        """Run a rung or statement, with power off in a disabled MCR zone; return the power after it."""
         self._count()
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
         self.inputs = inputs
@@ -231,7 +231,7 @@ class Interpreter(PlaceValues):
 
     @contextmanager
     def within(self, call: AddOnCall) -> Iterator[None]:
-        """Run the body of the `with` on the instance and the arguments of a call."""
+        """Run the body of the `with` with the instance and arguments of a call."""
         if self.lines_left > 0:
             self.lines_left = max(1, self.lines_left - LINES_OF_CALL)
         frame = {name: self.handed(operand) for name, operand in call.handed.items()}
@@ -309,8 +309,8 @@ class Interpreter(PlaceValues):
     def prescan(self, name: str | None = None) -> None:
         """Prescan a routine and the routines it calls, by default all main routines in task order.
 
-        It takes no jumps. It skips an instruction with a subscript out of range, because the subscript may
-        not be set yet.
+        Prescan ignores jumps. It skips an instruction with a subscript out of range, because the subscript
+        may not be set yet.
         """
         if name is None:
             schedule = self.lowered.schedule
@@ -342,7 +342,7 @@ class Interpreter(PlaceValues):
     def postscan(self, name: str) -> None:
         """Postscan a routine and the routines it calls, as an SFC does on the last scan of an action.
 
-        Instructions run as on false rungs, or as their `Spec.postscan` says. Postscan takes no jumps
+        Instructions run as on false rungs, or as their `Spec.postscan` says. Postscan ignores jumps
         [1756-PM006, automatic reset option].
 
         Args:

@@ -1,4 +1,4 @@
-"""Values in the interpreter: reading, writing, computing, comparing, converting."""
+"""Reading, writing, computing, comparing and converting values in the interpreter."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MOST_REGIONS = 1 << 16
 
 
 class PlaceValues:
-    """Reads and writes a program's places, and computes; `frame` maps `Leaf.root` to an argument's store."""
+    """Reads, writes and computes a program's values; `frame` maps `Leaf.root` to an argument's store."""
 
     def __init__(self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog) -> None:
         self.lowered, self.memory, self.fault_log = lowered, memory, fault_log
@@ -103,15 +103,15 @@ class PlaceValues:
         return bool(value)
 
     def is_float(self, value: Value) -> bool:
-        """Whether a number is REAL or LREAL."""
+        """Return whether a number is REAL or LREAL."""
         return isinstance(value, float)
 
     def is_infinite(self, value: Value) -> bool:
-        """Whether a number is infinite."""
+        """Return whether a number is infinite."""
         return math.isinf(value)
 
     def is_nan(self, value: Value) -> bool:
-        """Whether a number is NaN."""
+        """Return whether a number is NaN."""
         return math.isnan(value)
 
     def infinity(self, value: Value) -> float:
@@ -139,7 +139,7 @@ class PlaceValues:
         copy(source, target, length)
 
     def fill(self, target: End, length: int, value: Value) -> None:
-        """Set elements, up to the end of the array, each member to the value."""
+        """Set each member of the elements to a value, up to the end of the array."""
         fill(target, length, value)
 
     def take_bytes(self, store: Store, region: ArrayRegion, first: int, count: int) -> bytes:
@@ -175,7 +175,7 @@ class PlaceValues:
         return self.whole(self.number(operand, DINT.bits))
 
     def number(self, operand: Resolved, width: int) -> Value:
-        """Return the value of an expression, computed in integers of that width, or in SINGLE or DOUBLE."""
+        """Return the value of an expression, computed in integers of a width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
             if is_truth(operand):
                 return self.rounded(self.whole(self.condition(operand)), width)
@@ -187,7 +187,7 @@ class PlaceValues:
         return value if width > 0 else self.rounded(value, width)
 
     def rounded(self, value: Value, width: int) -> Value:
-        """Return a number in the precision SINGLE or DOUBLE; unchanged for a width of integers."""
+        """Return a number rounded to SINGLE or DOUBLE; an integer width does not change it."""
         if width > 0:
             return value
         return arithmetic.real(value) if width == SINGLE else float(value)
@@ -214,7 +214,7 @@ class PlaceValues:
         return result
 
     def store(self, place: Place, value: Value) -> None:
-        """Convert to the type of a place and set it."""
+        """Convert a value to the type of a place and store it there."""
         kind = place.type
         if kind.is_bool:
             self.put(place, bool(value))
@@ -246,7 +246,7 @@ class PlaceValues:
             self.set_status("S:N", stored < 0)
 
     def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
-        """Store the result of an operator; S:C is its carry."""
+        """Store the result of an operator, and its carry in S:C."""
         self.clear_flags()
         expression = Calculation(name, operands)
         width = width_of(expression, target)
@@ -289,12 +289,12 @@ class PlaceValues:
         return CHARACTERS[name]
 
     def string(self, operand: Group) -> tuple[Store, Layout, str, int]:
-        """Return the place of a string: store, layout, path and index."""
+        """Return the location of a string as its store, layout, path and index."""
         length = operand.length
         return self.store_of(length.leaf.root), operand.layout, operand.path, self._index(length)
 
     def end(self, operand: Resolved) -> End:
-        """Return store, region and current first element of an operand."""
+        """Return the store, region and current first element of an operand."""
         region = self._region(operand)
         if region.fixed_first is not None and not region.root:
             return self.memory, region, region.fixed_first
@@ -314,7 +314,7 @@ class PlaceValues:
         return region
 
     def condition(self, condition: Resolved) -> bool:
-        """Return the value of a condition; all parts are computed."""
+        """Return the value of a condition, with no short-circuit evaluation."""
         if isinstance(condition, (Place, Constant)):
             return self.truth(self.get(condition) if isinstance(condition, Place) else condition.value)
         assert isinstance(condition, Calculation)
@@ -344,7 +344,7 @@ COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
     ">": lambda a, b: a > b,
     ">=": lambda a, b: a >= b,
 }
-"""The comparisons of numbers, by their signs."""
+"""Functions that compare numbers, by operator symbol."""
 
 _TRUTH: Mapping[str, Callable[..., bool]] = {
     **COMPARISONS,

@@ -70,7 +70,7 @@ ROUTINES = (LOGIC, OTHERWISE, PRESCAN, POSTSCAN)
 """Roles of routines in a definition; only Logic is mandatory."""
 
 ENABLES = ("EnableIn", "EnableOut")
-"""Members of every instance: the rung condition before the call, and after it."""
+"""Members of every instance that have the rung condition before the call and after it."""
 
 REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
 """Instructions not allowed in a definition, because it can't call routines [1756-PM010]."""
@@ -129,7 +129,7 @@ class AddOn:
         return result
 
     def problems_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
-        """Yield the errors in a routine of the add-on: site and text."""
+        """Yield the site and text of each error in a routine of the add-on."""
         known = {name.upper() for name in (*ENABLES, *(parameter.name for parameter in self.parameters))}
         site = Site(routine=routine.name, unit=routine.unit)
         for rung_number, rung in enumerate(routine.rungs):
@@ -166,7 +166,7 @@ class AddOn:
                 yield f"no parameter or local tag {address.name}; choose from {names}"
 
     def __call__(self, instance: object, *arguments: object) -> Instruction:
-        """Return a call: the instance's tag, then the required parameters in order."""
+        """Return a call, given the instance's tag and then the required parameters in order."""
         if len(arguments) != len(self.required):
             names = ", ".join(parameter.name for parameter in self.required)
             expected = f"an instance and {len(self.required)} operands ({names})"
@@ -175,7 +175,7 @@ class AddOn:
 
     @cached_property
     def required(self) -> tuple[Parameter, ...]:
-        """The parameters with an argument, in call order."""
+        """The parameters that need an argument, in call order."""
         return tuple(
             parameter
             for parameter in self.parameters
@@ -189,14 +189,14 @@ class AddOn:
 
     @cached_property
     def spec(self) -> Spec:
-        """Its instruction spec for the parser."""
+        """The add-on's instruction spec, for the parser."""
         return replace(
             ADD_ON_CALL, name=self.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(self.required))
         )
 
     @cached_property
     def inouts(self) -> tuple[Tag, ...]:
-        """The InOuts as tags; without dimensions but with a subscript, one is an array of any length."""
+        """The InOuts as tags; one that is subscripted but has no dimensions is an array of any length."""
         subscripted = {
             address.name.upper()
             for routine in self.routines
@@ -225,7 +225,7 @@ class AddOn:
         return Structure(self.name, tuple(members))
 
     def routine(self, name: str) -> Routine | None:
-        """Return a routine by name, in any case; None without one."""
+        """Return a routine by its name in any case; None if there is none."""
         return next((routine for routine in self.routines if routine.name.upper() == name.upper()), None)
 
 
@@ -240,7 +240,7 @@ def specs_of(
 
 
 def _is_always_known(address: Address) -> bool:
-    """Whether an address is a status flag, TRUE or FALSE, which need no declaration."""
+    """Return whether an address is a status flag, TRUE or FALSE, which need no declaration."""
     name = address.name.upper()
     return name.startswith("S:") or (name in TRUTHS and not address.steps)
 

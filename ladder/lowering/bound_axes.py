@@ -1,4 +1,4 @@
-"""Axes of a program. An axis on a 3601 of the rack has a block that runs after every scan; others are ideal.
+"""Axes of a program. An axis on a 3601 has a block that runs after every scan; other axes are ideal.
 
 An axis `Feed` adds the tags `Feed_3601`, an AXIS_3601, and `Feed_Module`, the instance of `Amci3601` that
 owns the module's words; the routine `Axes3601` calls all of them. Motion instructions use the block, see
@@ -39,7 +39,7 @@ ROUTINE = "Axes3601"
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Axes of a program that a rack file names."""
+    """Axes of a program that are named in a rack file."""
 
     settings: Mapping[str, AxisSettings]  # axes on 3601s, by tag
     ideal: Mapping[str, AxisSettings]  # ideal axes, by tag

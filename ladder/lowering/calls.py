@@ -1,4 +1,4 @@
-"""Arguments of add-on calls: the instance, and the checked argument of every InOut."""
+"""Arguments of add-on calls, which are the instance and the checked argument of every InOut."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .addon import AddOn
 
 
 def with_stored_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tuple[Series, ...]]:
-    """Return an instance with stored, constant subscripts for a call, and the rungs that store them."""
+    """Return an instance with its subscripts stored for the call, and the rungs that store them."""
     assert isinstance(instance, Address)
     rungs: list[Series] = []
 
@@ -54,7 +54,7 @@ OWNER = "AMCI3601"
 """The add-on instruction that owns a module's words, in capitals."""
 
 MODEL = "Model"
-"""Its parameter for the model of a networked drive."""
+"""The parameter of `OWNER` for the model of a networked drive."""
 
 _MODELS = {Layout.SMD: 1, Layout.ANF2: 2}
 
@@ -73,7 +73,7 @@ MODULE_TAG = "scanrack_module_"
 
 
 def _resolve_argument(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
-    """Resolve an argument. For an InOut of type MODULE, a module hides a tag of the same name."""
+    """Resolve an argument; for an InOut of type MODULE, a module's name precedes a tag's."""
     if inout.type.name.upper() == MODULE and not argument.steps:
         try:
             return resolver.address(Address(f"{MODULE_TAG}{argument.name}"))

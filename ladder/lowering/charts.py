@@ -1,4 +1,4 @@
-"""Lowering of sequential function charts, to conditions and statements like those of structured text.
+"""Lowering of sequential function charts to conditions and statements like those of structured text.
 
     IF begin(chart) THEN                       paused, or first started; see `instructions.charts`
         clock(chart)
@@ -66,7 +66,7 @@ from ..state.lowered import (
 from .statements import StatementLowering
 
 ITSELF = -1
-"""Number of the lines of the chart itself."""
+"""Element number for lines of the chart itself."""
 
 
 class ChartLowering:
@@ -83,7 +83,7 @@ class ChartLowering:
         self._loops = False  # whether a scan repeats passes until no transition is true
 
     def bodies(self) -> Iterable[tuple[str, Block]]:
-        """Yield name and statements of the bodies of actions."""
+        """Yield the name and statements of each action body."""
         for step, action, block in self._tree.bodies():
             yield body_name(self._name, step, action), block
 
@@ -158,7 +158,7 @@ class ChartLowering:
         return tag
 
     def _members_of(self, tag: Group) -> dict[str, Place]:
-        """Return the members of a step or action by name, bits of Status included."""
+        """Return the members of a step or action by name, including bits of Status."""
         assert isinstance(tag.type, Structure)
         bits = {member.name: tag.member(member.name) for member in tag.type.members}
         return bits | {member.name: tag.member(f"{HIDDEN}{member.name}") for member in tag.type.hidden}
@@ -219,7 +219,7 @@ class ChartLowering:
         return tuple(body)
 
     def _scan_body(self, chart: LoweredChart) -> Body:
-        """Lower the steps and the transitions, once or until no transition is true."""
+        """Lower the steps and transitions, to run once or until no transition is true."""
         if not self._loops:
             return self._pass_body(chart)
         first = self._assign(chart.first, constant(1), "first pass")
@@ -316,7 +316,7 @@ class ChartLowering:
         return step.operands[1] if isinstance(step, LoweredStep) and len(step.operands) > 1 else constant(0)
 
     def _condition_body(self, transition: ChartTransition, tree: Transition) -> Body:
-        """Lower the condition of a transition: statements that set its tag."""
+        """Lower the condition of a transition to statements that set its tag."""
         if not isinstance(tree.condition, Instruction):
             return self._lower_block((tree.statement,))
         self._lowering.kept(EOT_STATE, 0)
@@ -327,7 +327,7 @@ class ChartLowering:
 
 
 def lasting_number(name: str) -> int:
-    """Return a number above 0 that depends only on a name, so that online edits do not change it."""
+    """Return a number above 0 that depends only on a name, so online edits do not change it."""
     return crc32(name.upper().encode()) + 1
 
 

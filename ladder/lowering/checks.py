@@ -1,4 +1,4 @@
-"""Checks of a whole program: errors such as missing routines, and warnings."""
+"""Checks of a whole program for errors, such as missing routines, and for likely mistakes."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ _EXCLUSIVE = {
     Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot its own bit"),
     Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung its own timer, or join the rungs"),
 }
-"""Uses that should occur once per place: name of the allowance, text, remedy."""
+"""Uses that should occur only once per place, with the name of the allowance, text and remedy."""
 
 IDEAL = {*ideal_moves.STARTERS, *ideal_moves.GROUP_ACTIONS, *ideal_systems.STARTERS}
 """Motion instructions of ideal axes, their group and coordinate systems."""
 
 
 def warnings_of(lowered: LoweredProgram, allowed: frozenset[str]) -> list[Problem]:
-    """Return warnings of likely mistakes, except allowed ones, see `ALLOWANCES`."""
+    """Return warnings of likely mistakes, except those allowed; see `ALLOWANCES`."""
     return [*_repeated(lowered, allowed), *_not_ideal(lowered)]
 
 
@@ -101,7 +101,7 @@ def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
 def _motion_steps(
     lowered: LoweredProgram, *, on_3601: bool
 ) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep, Group]]:
-    """Yield motion instructions, on 3601s of the rack or all others, with their axis, group or system."""
+    """Yield motion instructions, either on 3601s or all others, with their axis, group or system."""
     for routine, line, step in _all_steps(lowered, copies=False):
         axis = step.operands[0] if Use.MOTION in step.uses else None
         if isinstance(axis, Group) and (axis.path.upper() in lowered.axes) == on_3601:
@@ -109,7 +109,7 @@ def _motion_steps(
 
 
 def _impossible_on_3601(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield problems of motion instructions on a rack's axis that a 3601 can't execute."""
+    """Yield problems with motion instructions that the 3601 of their axis can't execute."""
     for routine, line, step, axis in _motion_steps(lowered, on_3601=True):
         if step.name not in STARTERS:
             text = f"{axis.text} is a 3601, which can't do {step.name}"
@@ -117,7 +117,7 @@ def _impossible_on_3601(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield problems of motion instructions that neither a 3601 nor an ideal axis can execute."""
+    """Yield problems with motion instructions that neither a 3601 nor an ideal axis can execute."""
     for routine, line, step, _ in _motion_steps(lowered, on_3601=False):
         if step.name not in IDEAL:
             text = f"an ideal axis can't do {step.name}: it ends with ER, and ERR 25, illegal instruction"
@@ -267,14 +267,14 @@ def _type_mismatch(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str
 
 
 def _type_text(parameter: Resolved) -> str:
-    """Return the type of a parameter with its dimensions, as `INT[5]`; describe a constant or calculation."""
+    """Return a parameter's type and dimensions, such as `INT[5]`; describe a constant or calculation."""
     if not isinstance(parameter, Place | Group):
         return described(parameter)
     return parameter.type.name + (dims_text(parameter.dims) if isinstance(parameter, Group) else "")
 
 
 def calls_of(routine: LoweredRoutine) -> list[str]:
-    """Return the routines that a routine calls, in capitals, add-on routines included."""
+    """Return the names in capitals of the routines that a routine calls, including add-on routines."""
     called: list[str] = []
     for line in routine.lines:
         for step in line.all_steps:
@@ -287,7 +287,7 @@ def calls_of(routine: LoweredRoutine) -> list[str]:
 
 
 def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
-    """Return the directly or indirectly recursive routines, in capitals."""
+    """Return the names in capitals of routines that are directly or indirectly recursive."""
     recursive = set()
     for name, routine in lowered.routines.items():
         reached: set[str] = set()
@@ -303,11 +303,11 @@ def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
 
 
 MOST_CALLS = 50
-"""Maximum depth of calls of routines and add-on instructions."""
+"""Maximum nesting depth of routine and add-on calls."""
 
 
 def _deep_calls(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield a problem for the first routine with too deeply nested calls; scans check recursion."""
+    """Yield a problem for the first routine whose calls nest too deeply; scans check recursion."""
     depths: dict[str, int] = {}
     non_recursive = lowered.routines.keys() - lowered.recursive
     pending = list(lowered.routines)
@@ -328,7 +328,7 @@ def _deep_calls(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield a problem for each main or fault routine with inputs: a scan passes none."""
+    """Yield a problem for each main or fault routine with inputs, because a scan passes none."""
     for name in sorted(lowered.roots):
         main = lowered.routines.get(name)
         if main is None or not main.parameters:
@@ -339,7 +339,7 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield problems of copies of single bytes that may end in the middle of an output image's word."""
+    """Yield problems with copies of single bytes that may end in the middle of an output image's word."""
     longest = max((image.size for image in lowered.layout.images if image.output), default=0)
     if not longest:
         return
@@ -361,7 +361,7 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
-    """Return the InOuts that get words of an output image: add-on and InOut, in capitals."""
+    """Return the InOuts that get words of an output image, as add-on and InOut names in capitals."""
     operands = chain.from_iterable(step.operands for _, _, step in _all_steps(lowered))
     calls = [operand for operand in operands if isinstance(operand, AddOnCall)]
     handed: set[tuple[str, str]] = set()
@@ -380,7 +380,7 @@ def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
 
 
 def _may_end_in_a_byte(source: ArrayRegion, size: int) -> bool:
-    """Whether the copy may end after an odd number of bytes because the source is shorter than `size`."""
+    """Return whether a copy may end after an odd byte because the source is shorter than `size`."""
     if source.size % 2 == 0:
         return False
     first = source.fixed_first

@@ -46,7 +46,8 @@ class Controller(LadderLogic):
     r"""Shared tags, programs and tasks.
 
     Names in a program refer to its own tags first, then to the controller's; `\Main.Run` is the tag Run of
-    program Main everywhere. Full names of routines are `\Main.Step`; their name in the program is `Step`.
+    program Main, in any program. Full names of routines are `\Main.Step`; their name in the program is
+    `Step`.
     """
 
     kind = "controller"
@@ -59,7 +60,7 @@ class Controller(LadderLogic):
     # --- declaring
 
     def program(self, name: str, *, main: str | None = None, fault: str | None = None) -> Program:
-        """Add and return an empty program; `main` (by default the first) and `fault` name its routines."""
+        """Add and return an empty program; `main` (by default, the first) and `fault` name its routines."""
         self._refuse_if_built()
         if not name.isidentifier() or not name.isascii():
             raise LadderError(f"{name!r} is not a program name; use letters, digits and _")
@@ -80,13 +81,13 @@ class Controller(LadderLogic):
         preempt: bool = False,
         comment: str = "",
     ) -> None:
-        """Add a task: periodic with `rate_ms`, an event task with `event`, else the continuous one.
+        """Add a task: periodic with `rate_ms`, an event task with `event`, otherwise continuous.
 
         Args:
             programs: names of its programs, in order of execution.
             rate_ms: period, ms.
-            priority: 1 to 15, 1 first.
-            preempt: whether it also runs at the end of a rung of the continuous task.
+            priority: 1 to 15; 1 runs first.
+            preempt: whether it can also run after any rung of the continuous task.
 
         Raises:
             LadderError: see `Task`; or both `rate_ms` and `event` are given.
@@ -137,7 +138,7 @@ class Controller(LadderLogic):
 
     @property
     def overlaps(self) -> dict[str, int]:
-        """Overlaps by task name: how often the task became due before it had run."""
+        """Overlaps by task name: how often the task came due again before it had run."""
         schedule = self.build().schedule
         tasks = schedule.tasks if schedule else ()
         return {task.task.name: int(self.engine.memory.read(task.overlaps)) for task in tasks}

@@ -28,13 +28,13 @@ from .runnable import LadderLogic
 from .text import parse_rung
 
 NUMBERS = ("DINT", "INT", "SINT", "LINT", "REAL")
-"""Numeric types; uses do not distinguish them."""
+"""Numeric types, which can't be told apart by their uses."""
 
 _JUMPS = ("JMP", "JSR", "FOR", "SBR", "RET", "JXR")
 """Instructions that name a label or a routine."""
 
 BEFORE_FIRST = -1
-"""Rung number of an edit before the first rung of its routine."""
+"""Rung number for an edit before the first rung of a routine."""
 
 
 class RungEdit(NamedTuple):
@@ -47,7 +47,7 @@ class RungEdit(NamedTuple):
 
 
 def normalized(edit: RungEdit, program: LadderLogic) -> RungEdit:
-    """Return an edit with its texts as programs print them; raise a RungTextError if one is not a rung."""
+    """Return an edit with its texts in printed form; raise a RungTextError if one is not a rung."""
     texts = tuple(str(parse_rung(text, specs=program.specs)) for text in edit.texts)
     routines = (routine for routine in program.routines if routine.name.upper() == edit.routine.upper())
     rungs = next((routine.rungs for routine in routines), ())
@@ -71,14 +71,14 @@ class FileChange(NamedTuple):
 
 
 class Rewritten(NamedTuple):
-    """The bytes of a program's file with edits, and its changes."""
+    """The bytes of a program's file after edits, and what changed in it."""
 
     data: bytes
     changes: tuple[FileChange, ...]
 
 
 def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[FileChange]:
-    """Yield the changes by edits in a file without rung numbers."""
+    """Yield the changes that edits make to a file without rung numbers."""
     for edit in edits:
         if edit.rung != BEFORE_FIRST and not edit.keeps:
             change = "its text is edited" if edit.texts else "it is deleted"
@@ -123,7 +123,7 @@ def _exclusive_places_in(line: LoweredLine) -> Iterator[object]:
 
 
 class RungIndex:
-    """The rungs of a running program that edits of other rungs may affect; built once for many edits."""
+    """Rungs of a running program that edits to other rungs may affect; built once for many edits."""
 
     def __init__(self, program: LadderLogic) -> None:
         # routines in capitals and lines, by exclusive place
@@ -144,7 +144,7 @@ class EditedProgram:
         program: the running program, which is not changed.
         edits: at most one for a rung.
         tags: the new tags.
-        index: index of the program; None builds one.
+        index: index of the program; None to build one.
 
     Attributes:
         rungs: the edited rungs, in order.
@@ -265,7 +265,7 @@ class EditedProgram:
             yield line
 
     def _check_whole(self) -> None:
-        """Check rungs together: jumps, routines, coils; skip warnings of the running program."""
+        """Check jumps, routines and coils across rungs; skip warnings that the running program has."""
         edited = replace(self._running, layout=self._layout, routines=self._affected_routines())
         for problem in check_whole(edited):
             self._add_mistake(problem, warns=False)
@@ -274,7 +274,7 @@ class EditedProgram:
                 self._add_mistake(problem, warns=True)
 
     def _affected_routines(self) -> dict[str, LoweredRoutine]:
-        """Return all routines with their edited lines, and other lines that an edit may make wrong."""
+        """Return all routines, with edited lines and other lines that an edit may invalidate."""
         lines = {name: list(rungs) for name, rungs in self._edited_lines.items()}
         places = {
             place

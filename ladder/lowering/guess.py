@@ -1,4 +1,4 @@
-"""The evidence for the type of an undeclared tag: a tree of its members, see `type_inference`."""
+"""The evidence for the type of an undeclared tag, as a tree of its members; see `type_inference`."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ..model.tree import Address, BitStep, MemberStep, Number, SubscriptStep
 from ..model.types import BOOL, DINT, INT, LINT, REAL, STRING, DataType, Member, Structure
 
 COMPUTED = 100
-"""Elements of an array with a computed subscript."""
+"""Number of elements assumed for an array with a computed subscript."""
 
 COMPUTED_EACH = 16
-"""Elements per dimension of a multi-dimensional array with computed subscripts."""
+"""Number of elements assumed per dimension for a multi-dimensional array with computed subscripts."""
 
 MOST = 20_000
-"""Maximum elements from a constant subscript."""
+"""Maximum number of elements inferred from a constant subscript."""
 
 
 @dataclass(slots=True)
@@ -42,14 +42,14 @@ class Guess:
 
     @property
     def root(self) -> Guess:
-        """The guess with its evidence: itself, or the last of its twins."""
+        """The guess that has the evidence, which is this one or the last of its twins."""
         guess = self
         while guess.twin is not None:
             guess = guess.twin
         return guess
 
     def same_as(self, other: Guess) -> None:
-        """Note that both have the same type, such as a queue and the value that is loaded into it."""
+        """Note that both have the same type, such as a queue and a value loaded into it."""
         own_root, other_root = self.root, other.root
         todo = [(own_root, other_root)]
         while todo:
@@ -71,7 +71,7 @@ class Guess:
 
     @property
     def is_bare(self) -> bool:
-        """Whether only copies and subscripts show its type."""
+        """Whether copies and subscripts are the only evidence for the type."""
         root = self.root
         return not root.members and root.bit < 0 and not root.votes and root.weak in ([], [DINT])
 
@@ -92,14 +92,14 @@ class Guess:
 
     @property
     def dims(self) -> tuple[int, ...]:
-        """Its dimensions: from its subscripts, or from a copy if it has no use as a single value."""
+        """Dimensions from its subscripts, or from a copy if it is never used as a single value."""
         lengths = self.lengths
         if self.copied and (lengths or not self.single):
             lengths = [max([self.copied, *lengths[:1]]), *lengths[1:]]
         return tuple(max(1, length) for length in lengths[:3])
 
     def type(self, path: str) -> DataType:
-        """Return its type; `path` is the name of a new structure with its members."""
+        """Return the guessed type; `path` is the name of a new structure, if one is needed."""
         root = self.root
         if root._cached_type is None:
             root._cached_type = root._infer_type(path)
@@ -129,7 +129,7 @@ class Guess:
 
     @property
     def needed(self) -> DataType | None:
-        """The structure that a use requires, None without one."""
+        """The structure that a use requires; None if no use does."""
         return next((vote for vote in self.root.votes if isinstance(vote, Structure)), None)
 
     def _with_members(self, needed: DataType, path: str) -> DataType:
@@ -140,13 +140,13 @@ class Guess:
         return replace(needed, members=needed.members + added) if added else needed
 
     def fits(self, member: Member | None) -> bool:
-        """Whether its uses match a member of a type."""
+        """Return whether its uses match a member of a type."""
         if member is None or bool(member.dims) != bool(self.dims):
             return False
         return BOOL not in self.root.votes or member.type is BOOL
 
     def _structure_type(self, path: str) -> Structure:
-        """Return the first candidate with all members in use, or a new structure of them, called `path`."""
+        """Return the first candidate with all members in use, or a new structure named `path`."""
         is_module_tag = ":" in self.name
         candidates = () if is_module_tag else self.structures
         for structure in candidates:
@@ -161,7 +161,7 @@ class Guess:
 
 
 def add_kind(kinds: list[DataType], kind: DataType) -> None:
-    """Add a type once: a tag may have thousands of uses."""
+    """Add a type only once, because a tag may have thousands of uses."""
     if all(known is not kind for known in kinds):
         kinds.append(kind)
 
@@ -171,7 +171,7 @@ def _longer_lengths(a: list[int], b: list[int]) -> list[int]:
 
 
 def type_at(declaration: Declaration | None, address: Address) -> DataType | None:
-    """Return the type of an address in a tag; None for a bit, a missing member, or without a tag."""
+    """Return the type of an address in a tag; None for a bit or a missing member or tag."""
     if not isinstance(declaration, Tag):
         return None
     kind: DataType = declaration.type

@@ -1,4 +1,4 @@
-"""Parameters of the same type: of JSR and SBR, and of RET and JSR."""
+"""Pairs of parameters that have the same type: JSR with SBR, and RET with JSR."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ..model.tree import Address, Instruction, Number, Operand
 
 Pair = tuple[str, Operand, Operand]
-"""A program, and two of its operands with the same type."""
+"""A program, and two of its operands that have the same type."""
 
 
 class ParameterPairs:

@@ -35,7 +35,7 @@ from .runnable import LadderLogic
 
 
 class Program(LadderLogic):
-    """Tags and routines; alone, or as a part of a `Controller`.
+    """Tags and routines, either standalone or as part of a `Controller`.
 
     A fault routine runs on a major fault of an instruction and may clear it (`SSV`); the rest of the
     program's scan is then skipped. `LadderLogic` documents running it.
@@ -100,16 +100,16 @@ class Program(LadderLogic):
 
     @property
     def names(self) -> list[str]:
-        """Names of all routines; routines in Python are last."""
+        """Names of all routines; Python routines come last."""
         return [routine.name for routine in self._routines] + list(self._functions)
 
     @property
     def first(self) -> str | None:
-        """The main routine, None without routines."""
+        """The main routine; None if there are no routines."""
         return self.main or next(iter(self.names), None)
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
-        """Add a routine of rungs: call the function at once; it calls its argument `rung` for each rung."""
+        """Add a routine of rungs by calling a function now; it calls its argument `rung` for each rung."""
         maker = RungMaker(self.specs)
         function(maker)
         self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))
@@ -127,7 +127,7 @@ class Program(LadderLogic):
         self.add_routine(Routine(name, (), statements=block))
 
     def function(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Add a routine in Python: `f(tags, *inputs)`, with a keyword `jsr` if it calls routines itself."""
+        """Add a Python routine `f(tags, *inputs)`, with a keyword `jsr` if it calls routines itself."""
         self._refuse_if_built()
         self._refuse_name(function.__name__)
         self._functions[function.__name__] = function
@@ -142,7 +142,7 @@ class Program(LadderLogic):
     # --- building
 
     def lower_into(self, lowering: Lowering, scope: str = "") -> list[Problem]:
-        """Lower the routines, in the scope of a controller's program; return further problems."""
+        """Lower the routines, in the scope of a controller's program; return any further problems."""
         lowering.enter(scope)
         for name, function in self._functions.items():
             lowering.lowered.functions[scoped(scope, name).upper()] = function
@@ -154,7 +154,7 @@ class Program(LadderLogic):
         return [Problem(f"program {self.name}", "", f"no routine {name}", remedy) for name in missing]
 
     def roots(self, scope: str = "") -> ProgramRoutines:
-        """Return its main and fault routine, under full names in capitals."""
+        """Return the program's main and fault routines, by full names in capitals."""
         main, fault = (name and scoped(scope, name).upper() for name in (self.first, self.fault))
         return ProgramRoutines(self.name, main, fault)
 

@@ -29,7 +29,7 @@ from .text import parse_rung
 
 
 class RungMaker:
-    """The argument of a routine's function: call it once per rung, with instructions of `specs`."""
+    """The argument of a routine's function, to be called once per rung with instructions from `specs`."""
 
     def __init__(self, specs: Mapping[str, Spec] = BY_NAME) -> None:
         self.rungs: list[Rung] = []  # the rungs so far
@@ -59,7 +59,7 @@ def _checked(series: Series) -> Series:
 
 
 def series_of(elements: Sequence[object]) -> Series:
-    """Return the series of Python values, see the table above."""
+    """Return Python values as a series; see the table above."""
     series: list[Element] = []
     for element in elements:
         if isinstance(element, tuple):

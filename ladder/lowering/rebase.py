@@ -1,4 +1,4 @@
-"""Moves edits of rungs to a later version of their program, which others may have edited."""
+"""Moving of rung edits to a later version of their program, which others may have edited."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class MovedEdits(NamedTuple):
 
 
 def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) -> MovedEdits:
-    """Return edits of a program as edits of a later one.
+    """Convert edits of a program to edits of a later version.
 
     An edit applies to its rung, or to the rung that replaced it. If the rung was removed, new rungs go after
     the rung before it. Changes that the later program already has are omitted.
@@ -56,7 +56,7 @@ def _rung_at(rungs: list[str], number: int) -> list[str]:
 def _without_known(
     texts: list[str], old: list[str], rungs: list[str], number: int, later_number: int
 ) -> list[str]:
-    """Return the texts of an edit without its new rungs if the later program has the same rungs."""
+    """Return the texts of an edit, without new rungs that the later program already has."""
     end = _next(old, rungs, number)
     first = 0 if number == BEFORE_FIRST else 1
     return texts[:first] if end is not None and texts[first:] == rungs[later_number + 1 : end] else texts
@@ -83,7 +83,7 @@ class _LaterRung(NamedTuple):
 
 
 def _counterpart(old: Sequence[str], new: Sequence[str], number: int) -> _LaterRung:
-    """Return the counterpart of a rung: the same rung, or the rung that replaced it."""
+    """Return the counterpart of a rung, which is the same rung or the rung that replaced it."""
     if number == BEFORE_FIRST:
         return _LaterRung(BEFORE_FIRST, True, True)
     for tag, first, end, start, stop in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():

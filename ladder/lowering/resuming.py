@@ -1,4 +1,4 @@
-"""Start of a program from the values of an export, in the middle of its work.
+"""Start a program from the values in an export, as if it had been running.
 
 The first scan has no prescan, S:FS is off, and steps of charts stay active. An export does not have the
 hidden state of instructions. It is derived from visible members:
@@ -33,7 +33,7 @@ def _integral(pid: Visible) -> float:
 
 
 def _measured(pid: Visible) -> float:
-    """Return the value that the PID differentiates: the error, or the process variable."""
+    """Return the value that the PID differentiates, either the error or the process variable."""
     return float(pid("ERR") if pid("DOE") else pid("PV") if pid("CA") else -pid("PV"))
 
 
@@ -66,7 +66,7 @@ HIDDEN_STATE: Mapping[str, Mapping[str, Callable[[Visible], Value]]] = {
 
 
 def resume(engine: Engine) -> None:
-    """Set the hidden state of a fresh engine from the initial values of its tags."""
+    """Set the hidden state of a new engine from the initial values of its tags."""
     layout = engine.lowered.layout
     for tag in layout.tags().values():
         _resume(engine, tag.name, tag.type, count_of(tag.dims))

@@ -362,14 +362,14 @@ class Lowering:
         return word
 
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:
-        """Note a written operand: an InOut of an add-on instruction, or an input of a module."""
+        """Note that an operand is written, if it is an add-on's InOut or a module's input."""
         if self._frame is not None:
             self._frame.written.add(first_leaf(resolved).root)
         elif is_input(resolved):
             self._note_input(resolved, f"{operand} is an input", self._site, self._rung_text)
 
     def _note_input(self, resolved: Place | Group, text: str, site: Site, rung: str) -> None:
-        """Warn of a written input, which keeps the value only until the module's next update."""
+        """Warn that an input is written; it keeps the value only until the module's next update."""
         self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
         remedy = "write a tag of your own"
         text = f"{text}: its module writes over it"
@@ -499,14 +499,14 @@ def routine_name(definition: AddOn, role: str) -> str:
 
 
 def is_input(operand: Place | Group) -> bool:
-    """Whether a module writes the operand."""
+    """Return whether a module writes the operand."""
     if isinstance(operand, Group) and tag_in(operand.path).upper() in operand.layout.declarations:
         return False  # a tag has its own memory
     return any(leaf.is_input for leaf in leaves_in(operand))
 
 
 def pass_bits_on(lowered: LoweredProgram) -> None:
-    """Mark the InOuts of called add-ons that may be bits because an InOut of the caller may be."""
+    """Mark InOuts of called add-ons that may be bits because the caller's InOut may be one."""
     changed = True
     while changed:
         changed = False
@@ -520,7 +520,7 @@ def pass_bits_on(lowered: LoweredProgram) -> None:
 
 
 def writes(lowered: LoweredProgram, frame: AddOnFrame, name: str) -> bool:
-    """Whether an add-on instruction writes an InOut, directly or in a call."""
+    """Return whether an add-on instruction writes an InOut, directly or in a call."""
     if name in frame.written:
         return True
     return any(

@@ -45,7 +45,7 @@ from .storage import choose_bytes
 from .type_inference import Guesses, Known, Missing
 
 MOST_BYTES = 1 << 25
-"""Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""
+"""Maximum size of a tag, 32 MiB, which exceeds the memory of the largest controllers."""
 
 REFUSALS_SHOWN = 5
 """Refused parts of an export listed in a message."""
@@ -54,15 +54,15 @@ REFUSALS_SHOWN = 5
 class LadderLogic(ABC):
     """Tags and rungs; callable as the logic of a rack.
 
-    The first use builds it. One error then lists all mistakes, and nothing more can be declared. A call runs
-    the compiled program; `tags` reads and writes its memory.
+    The first use builds the program. If that fails, one error lists all mistakes. Nothing can be declared
+    after it. A call runs the compiled program; `tags` reads and writes its memory.
 
     Raises:
         LadderError: unknown `allow` or `dialect`.
     """
 
     kind: str
-    """Its name in messages."""
+    """What messages call it."""
 
     def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
         self.name = name
@@ -116,7 +116,7 @@ class LadderLogic(ABC):
 
     @property
     def _has_status(self) -> bool:
-        """Whether its processor has a status file, which instructions use even if it is not declared."""
+        """Whether the processor has a status file, which instructions use even if it is not declared."""
         return self.dialect == SLC
 
     def layout_of(self, declarations: Iterable[Declaration]) -> Layout:
@@ -180,9 +180,9 @@ class LadderLogic(ABC):
             self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
 
     def take_stubs(self, stubs: Stubs) -> None:
-        """Add stubs, or replace stubs of the same name; raise a LadderError for new stubs once it is built.
+        """Add stubs, or replace stubs of the same name; raise a LadderError for new stubs after the build.
 
-        Modules of a rack add names of tags only before the program is built.
+        A rack's modules can add tag names only before the program is built.
         """
         existing = {name: self.stubs.get(name) for name in stubs.by_name}
         is_new = existing != stubs.by_name or stubs.missing_tags > self.declares_missing
@@ -224,17 +224,17 @@ class LadderLogic(ABC):
         return result
 
     def forget(self) -> None:
-        """Discard what was built; the next use builds it again."""
+        """Discard the build; the next use of the program builds it again."""
         self._lowered = self._scanner = self._memory = self._engine = self._initial_memory = None
 
     @property
     def stubs_in_use(self) -> tuple[str, ...]:
-        """Stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        """Stubs in use, such as `MSG = done after 20 ms (3 times)`."""
         return tuple(f"{name} = {text}" for name, text in self.used_stubs.items())
 
     @property
     def used_stubs(self) -> dict[str, str]:
-        """Stubs in use by name: their text, and the number of uses."""
+        """Stubs in use by name, each with its text and number of uses."""
         counted = Counter(uses_of_stubs(self.build()))
         used = {name: self._use(self.stubs[name], count) for name, count in counted.items()}
         ideal = self.build().ideal_names
@@ -279,19 +279,19 @@ class LadderLogic(ABC):
             self.add(tag)
 
     def guesses(self, missing: Missing, known: Known) -> Guesses:
-        """Return a collector of the uses of its undeclared tags, see `type_inference`."""
+        """Return a collector that records the uses of undeclared tags; see `type_inference`."""
         files = self.dialect == SLC
         return Guesses(missing, known, self.operands_of, self.specs, self.structures(), files=files)
 
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
-        """Return types and dimensions of the operands of an add-on's call; none for another instruction."""
+        """Return the types and dimensions of an add-on call's operands; empty if not an add-on."""
         definition = self.add_ons.get(name.upper())
         if definition is None or name.upper() in self.stubs:
             return ()
         return definition.operand_types
 
     def structures(self) -> list[Structure]:
-        """Return the structures among the types of its tags."""
+        """Return the structures that its tags use as types."""
         kinds = (declaration.type for declaration in self.declarations if isinstance(declaration, Tag))
         return [kind for kind in dict.fromkeys(kinds) if isinstance(kind, Structure)]
 
@@ -326,12 +326,12 @@ class LadderLogic(ABC):
         return refs[0] if len(refs) == 1 else refs
 
     def alias(self, name: str, target: str, type: Structure | None = None) -> TagRef:
-        """Declare a second name of an address; `type` names the parts of a module's image."""
+        """Declare a second name for an address; `type` names the parts of a module's image."""
         self.add(Alias(name, parse_address(target), type=type))
         return TagRef(parse_address(name))
 
     def slot(self, name: str, number: int) -> TagRef:
-        """Name the module in a slot, for named bits: `axis.status.MOVE_COMPLETE`."""
+        """Name the module in a slot, to use named bits such as `axis.status.MOVE_COMPLETE`."""
         self.add(SlotAlias(name, number))
         return TagRef(parse_address(name))
 
@@ -354,7 +354,7 @@ class LadderLogic(ABC):
         self.declarations.append(declaration)
 
     def _is_name(self, name: str) -> bool:
-        """Whether a tag may have this name; the dialect slc allows `I:2`, a slot's words as memory."""
+        """Return whether a tag may have this name; the slc dialect allows `I:2` for a slot's words."""
         if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
             return True
         is_valid = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
@@ -374,7 +374,7 @@ class LadderLogic(ABC):
     # --- building
 
     def build(self) -> LoweredProgram:
-        """Check and lower it, or raise a BuildError with all problems."""
+        """Check and lower the program, or raise a BuildError with all problems."""
         if self._lowered is None:
             self._lowered, warnings = self._lower()
             opening, closing = HOOKS[self.dialect]
@@ -392,27 +392,27 @@ class LadderLogic(ABC):
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """Warnings of likely mistakes: a bit with two coils, a program without a task."""
+        """Warnings of likely mistakes, such as a bit with two coils or a program without a task."""
         self.build()
         return self._warnings
 
     def compile(self) -> Engine:
-        """Return a new engine on the compiled program, which is compiled once."""
+        """Return a new engine that runs the compiled program, which is compiled only once."""
         return Engine(self.build(), self.scanner, self._take_memory())
 
     @property
     def scanner(self) -> Scanner:
-        """The compiled program, to be bound to an engine's memory."""
+        """The compiled program, ready to bind to an engine's memory."""
         if self._scanner is None:
             self._scanner = scanner_of(self.build())
         return self._scanner
 
     def interpret(self) -> Engine:
-        """Return a new engine on the interpreter."""
+        """Return a new engine that runs the interpreter."""
         return Engine(self.build(), memory=self._take_memory())
 
     def _take_memory(self) -> Memory:
-        """Return a memory with initial values: first the memory of the check, then copies of another one."""
+        """Return a memory with initial values: first the one used by the check, then copies."""
         lowered = self.build()
         memory, self._memory = self._memory, None
         if memory is not None:
@@ -445,7 +445,7 @@ class LadderLogic(ABC):
 
     @property
     def engine(self) -> Engine:
-        """The engine that runs when the program is called."""
+        """The engine that a call of the program runs."""
         if self._engine is None:
             self._engine = self.compile()
         return self._engine
@@ -465,7 +465,7 @@ class LadderLogic(ABC):
         (self._engine or self.engine)(scan)
 
     def __attach_logic__(self, _slots: object) -> None:
-        """Compile before the first scan, so that its watchdog does not include the compilation."""
+        """Compile before the first scan, so the scan's watchdog time does not include compiling."""
         _ = self.engine
 
     def __close_logic__(self) -> None:  # noqa: B027 - nothing to close between two scans
@@ -483,7 +483,7 @@ class LadderLogic(ABC):
 
         Raises:
             LadderError: this program has already done a scan, or is running.
-            BuildError: it can't be built; the other one continues.
+            BuildError: this program can't be built; the other program continues.
         """
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already; only a new program can take over")
@@ -503,7 +503,7 @@ class LadderLogic(ABC):
             question: one of `never`, `always` and `reachable`, a condition of structured text on the state
                 after a scan; `assume`, conditions that hold in each scan; `free`, patterns of numbers that
                 differ from scan to scan; `written_outside`, patterns of tags that an operator also writes;
-                `scan_ms`, least and most ms between two scans, 1 to 1,000 if left out.
+                `scan_ms`, least and most ms between two scans, 1 to 1,000 by default.
 
         Returns:
             The answer, a `prove.answers.Answer`: true if it is proved, or reached; its text is the scenario.
@@ -517,7 +517,7 @@ class LadderLogic(ABC):
     # --- reading
 
     def source(self) -> str:
-        """Return its compiled Python."""
+        """Return the program's compiled Python code."""
         return source_of(self.build())
 
     def text(self, routine: str) -> str:
@@ -529,7 +529,7 @@ class LadderLogic(ABC):
 
 
 def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:
-    """Return a list of names as text; for a long list, the first names and the number of further ones.
+    """Return a list of names as text; for a long list, the first names and the number of others.
 
     >>> shortened(["Feed", "Clamp", "Table"], 2)
     'Feed, Clamp, and 1 more'
@@ -548,7 +548,7 @@ def times(count: int) -> str:
 
 
 def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
-    """Return the tags of scopes by name in capitals; a later scope hides earlier ones."""
+    """Return the tags in scopes by name in capitals; a later scope takes precedence."""
     return {
         declaration.name.upper(): declaration
         for scope in scopes
@@ -567,7 +567,7 @@ def _check_status(declaration: Declaration) -> None:
 
 
 def declared(tag: Tag) -> str:
-    """Return a tag as in a program file's declaration.
+    """Return a tag as a program file declares it.
 
     >>> from scanrack.ladder import DINT
     >>> declared(Tag("Level", DINT, (4,)))

@@ -33,7 +33,7 @@ from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredRoutine, 
 
 
 class Lowerer(Protocol):
-    """The part of `rungs.Lowering` that the files below it use."""
+    """The part of `rungs.Lowering` that lower-level modules use."""
 
     resolver: Resolver
 
@@ -76,7 +76,7 @@ class StatementLowering:
         return LoweredRoutine(name, tuple(self._lines), {}, self._parameters, body)
 
     def take_lines(self) -> list[LoweredLine]:
-        """Return the lines since the last call."""
+        """Return the lines added since the last call."""
         lines, self._lines = self._lines, []
         return lines
 
@@ -96,7 +96,7 @@ class StatementLowering:
     def _line(
         self, statement: Statement, text: str, resolve: Callable[[], tuple[Any, ...]], line: int = 0
     ) -> LoweredLine:
-        """Lower a line to one step, whose spec and operands `resolve` returns; report refused operands."""
+        """Lower a line to one step with the spec and operands from `resolve`; report refused operands."""
         number = line or statement.line
         origin = Origin(statement.origin.file, statement.origin.line + number - statement.line)
         self._lowering.at(number, origin, text)
@@ -192,7 +192,7 @@ class StatementLowering:
             self._lowering.report(f"FOR counts in {counter}; must be an integer", "use a SINT, INT or DINT")
 
     def _pass_condition(self, statement: For, step: Operand) -> Resolved:
-        """Return the condition of a pass of FOR: the count has not passed the last value."""
+        """Return the condition for another pass of FOR, that the count has not passed the last value."""
         count, last = self._arithmetic(statement.count), self._arithmetic(statement.last)
         increment = self._arithmetic(step)
         up, down = Calculation("<=", (count, last)), Calculation(">=", (count, last))

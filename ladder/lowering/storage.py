@@ -1,6 +1,6 @@
-"""Selects the tags to store as bytes: structures with enough uses as a whole.
+"""Selection of tags to store as bytes, which are structures used often enough as a whole.
 
-A copy of bytes costs little per value, but each use of a single value costs more than with a variable. A
+Copying bytes costs little per value, but each use of a single value costs more than with a variable. A
 tag and the InOuts that it is passed to have the same storage, because an add-on instruction is compiled once.
 """
 
@@ -25,14 +25,14 @@ _WHOLE_USES = frozenset(
         *(Use.TEXT_TARGET, Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET, Use.TARGET, Use.PARAMETERS),
     )
 )
-"""Uses of a structure as a whole; uses of a timer and the like count as uses of its members."""
+"""Uses of a structure as a whole; uses of a timer, for example, count as uses of its members."""
 
 _COPY = (Use.SOURCE, Use.DESTINATION)
 
 _VALUE_NS, _COPIED_NS, _CONVERTED_NS, _FIELD_NS = 20, 12, 20, 200
-"""Costs, ns: extra cost of bytes per use of a single value, then the cost of a copied value without bytes.
+"""Costs in ns: extra cost of bytes per use of a single value, then cost of a copied value without bytes.
 
-The latter is for a value copied singly, for an array of another type, and in a region.
+The latter has three costs: copied singly, copied in an array of another type, and copied in a region.
 """
 
 _MEMBERS = 4  # single values in a use of a timer and the like
@@ -42,7 +42,7 @@ _Root = tuple[str, str]
 
 
 def choose_bytes(lowered: LoweredProgram) -> None:
-    """Lay out tags and InOuts as bytes if this is faster."""
+    """Lay out tags and InOuts as bytes where that is faster."""
     uses = _Uses()
     for step in lowered.all_steps:
         uses.count_step(step)
@@ -63,12 +63,12 @@ def choose_bytes(lowered: LoweredProgram) -> None:
 
 
 def _is_large(tag: Tag) -> bool:
-    """Whether a tag is a structure that can be bytes; an unused one then needs only one variable."""
+    """Return whether a tag is a structure that can be stored as bytes, so it needs only one variable."""
     return isinstance(tag.type, Structure) and fits_bytes(tag.type)
 
 
 def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:
-    """Note the InOuts whose argument is a BOOL in bytes: a bit of a byte."""
+    """Note the InOuts whose argument is a BOOL stored in bytes, which is a bit of a byte."""
     for call in calls:
         for name, operand in call.handed.items():
             leaf = first_leaf(operand)
@@ -79,7 +79,7 @@ def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:
 
 
 class _Uses:
-    """The uses of all roots, and the groups of roots with the same storage."""
+    """The uses of all roots, and groups of roots that share the same kind of storage."""
 
     def __init__(self) -> None:
         self.gain: dict[_Root, int] = defaultdict(int)  # ns per scan that bytes gain by whole uses
@@ -202,7 +202,7 @@ def _root_of(operand: Place | Group) -> _Root:
 
 
 def _elements_copied(operand: Place | Group, step: LoweredStep) -> int:
-    """Return the number of elements of a copy; an estimate if its length is computed."""
+    """Return the number of elements that are copied; an estimate if the length is computed."""
     most = count_of(operand.dims or operand.array)
     length = step.operands[-1]
     if isinstance(length, Constant) and isinstance(length.value, int):

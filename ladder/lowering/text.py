@@ -1,4 +1,4 @@
-"""The parser of rung text; `str()` of a node is its text again.
+"""The parser of rung text; `str()` turns a node back into text.
 
     rung       = series ";"
     series     = { instruction | branch }
@@ -6,8 +6,8 @@
     instruction = name "(" [ operand { "," operand } ] ")"
     operand    = expression | string | "?"
 
-Expressions and addresses are in `expressions`. White space is allowed anywhere between
-these; the text of a tree has none. Names of tags keep their case; names of instructions print
+Expressions and addresses are in `expressions`. White space is allowed anywhere between these; text printed
+from a tree has none. Names of tags keep their case; names of instructions print
 in capitals, in their canonical form.
 """
 
@@ -60,9 +60,9 @@ def parse_rung(
     'XIC(Start)[XIO(Stop),XIC(Jog)]OTE(Run);'
 
     Args:
-        file: its file, for messages.
-        line: its first line in the file.
-        rung: its number in its routine.
+        file: the rung's file, for messages.
+        line: the rung's first line in the file.
+        rung: the rung's number in its routine.
         specs: the known instructions, by name in capitals.
 
     Raises:
@@ -77,7 +77,7 @@ def parse_rung(
 
 
 class RungParser(ExpressionParser):
-    """Reads rungs of the instructions `specs`, by name in capitals."""
+    """Reads rungs that use the instructions `specs`, by name in capitals."""
 
     def __init__(
         self, text: str, *, file: str, line: int, rung: int | None, specs: Mapping[str, Spec] = BY_NAME

@@ -1,9 +1,9 @@
 """Types of undeclared tags, inferred from their use.
 
 A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
-its members. A use that accepts one type decides. An operand of an instruction with a REAL becomes REAL. A tag
-with a bit access is an integer. The highest constant subscript determines the length of an array; with
-computed subscripts only, it has `COMPUTED` elements.
+its members. A use that accepts only one type decides the type. An operand of an instruction that has a REAL
+becomes REAL. A tag with a bit access is an integer. The highest constant subscript determines the length of
+an array; with computed subscripts only, it has `COMPUTED` elements.
 
 | in the program | the tag is |
 |---|---|
@@ -87,7 +87,7 @@ from .guess import COMPUTED, MOST, Guess, add_kind
 from .parameter_pairs import ParameterPairs
 
 CODE = 4
-"""Maximum characters of a string that is used as a number: `MOV('A',Code)`."""
+"""Maximum number of characters in a string used as a number, as in `MOV('A',Code)`."""
 
 _BITS = (Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH)
 
@@ -131,13 +131,13 @@ _BY_MEMBERS = (
     *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
     *(*AXIS_TYPES.values(), PID),
 )
-"""Candidates for a structure: the first one with all members in use."""
+"""Candidate structures; the first one with all members in use is chosen."""
 
 Known = Callable[[str, Address], DataType | None]
-"""Returns the type of an address in a program, None if it is undeclared."""
+"""Returns the type of an address in a program; None if it is undeclared."""
 
 OfCall = Callable[[str], tuple[tuple[DataType, tuple[int, ...]], ...]]
-"""Returns types and dimensions of the operands of an add-on call."""
+"""Returns the types and dimensions of an add-on call's operands."""
 
 Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
 """Returns the key of an undeclared address in a program and the remaining steps, None if declared."""
@@ -166,7 +166,7 @@ class Guesses:
         self._is_second_pass = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
-        """Collect the uses in routines, in two passes: a later use may determine an earlier one."""
+        """Collect the uses in routines, in two passes because a later use may determine an earlier one."""
         owned = list(routines)
         for _ in range(2):
             for program, routine in owned:
@@ -253,7 +253,7 @@ class Guesses:
             self._copies.append((a, b))
 
     def _read_attribute(self, program: str, instruction: Instruction) -> None:
-        """Note a use by GSV or SSV: instance, attribute as its member, source or destination."""
+        """Note a use by GSV or SSV, with the attribute as a member of the instance."""
         if len(instruction.operands) != 4:
             return
         class_name, instance, name, tag = instruction.operands
@@ -291,13 +291,13 @@ class Guesses:
             guess.lengths = [min(length, MOST) for length in dims]
 
     def _note_region(self, guess: Guess, operand: Address, instruction: Instruction) -> None:
-        """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
+        """Note the length of a COP or FLL operand; for other instructions, note that it is an array."""
         length = self._length(instruction)
         if 1 < length <= MOST and (not guess.lengths or _ends_in_element(operand)):
             guess.copied = max(guess.copied, length)
 
     def _length(self, instruction: Instruction) -> int:
-        """Return the constant length in an instruction; COMPUTED for a computed one, 0 without a length."""
+        """Return an instruction's constant length; COMPUTED if it is computed, 0 if it has no length."""
         spec = self._specs.get(instruction.name.upper())
         preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
         counted = instruction.operands[preset] if preset < len(instruction.operands) else None
@@ -331,7 +331,7 @@ class Guesses:
         return BOOL if BOOL in kinds and operation.name in _LOGICAL else None
 
     def _guessed(self, program: str, address: Address) -> DataType | None:
-        """Return the type that an earlier use requires, None without one."""
+        """Return the type that an earlier use requires; None if none does."""
         missing = self._missing(program, address)
         if missing is None:
             return None
@@ -467,14 +467,14 @@ def _is_logical(operand: Operand) -> bool:
 
 
 def _is_truth(value: Operation) -> bool:
-    """Whether the value of an assignment is a bit according to its operators."""
+    """Return whether the value of an assignment is a bit, judging by its operators."""
     return value.name in (*RELATIONS, "NOT") or (
         value.name in _LOGICAL and any(map(_is_logical, value.operands))
     )
 
 
 def _takes_bits(operation: Operation, is_bit: bool) -> bool:
-    """Whether the operands of an operation are bits.
+    """Return whether the operands of an operation are bits.
 
     Args:
         is_bit: whether its result is a bit.
@@ -485,7 +485,7 @@ def _takes_bits(operation: Operation, is_bit: bool) -> bool:
 
 
 def _is_name(operand: Address, use: Use) -> bool:
-    """Whether an operand is a keyword, or the name of something other than a tag."""
+    """Return whether an operand is a keyword, or the name of something other than a tag."""
     return use in _NAMES or (use is Use.KEYWORD and not operand.steps and plain(operand.name) in KEYWORDS)
 
 

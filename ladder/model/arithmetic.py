@@ -1,14 +1,14 @@
-"""Arithmetic of Logix: conversion, rounding, wrapping, division. Pure functions on Python numbers.
+"""Logix arithmetic as pure functions on Python numbers: conversion, rounding, wrapping, division.
 
 | conversion | rule | source |
 |---|---|---|
-| REAL to integer | to the nearest, half to even; upper bits are cut off | 1756-RM003N p. 653 |
+| REAL to integer | to the nearest, half to even; upper bits are dropped | 1756-RM003N p. 653 |
 | integer to a smaller one | low bits stay: 65,665 as INT is 129, as SINT -127 | 1756-RM006K p. 544 |
 | anything to REAL | rounded to single precision, half to even | 1756-RM003N p. 652 |
 | anything to LREAL | rounded to double precision, half to even | as for REAL |
 
-Functions on floating-point numbers compute in double precision. A computation in REAL rounds each result by
-`real`; one in LREAL is not rounded.
+Functions on floating-point numbers compute in double precision. A computation in REAL rounds each result with
+`real`; one in LREAL does not round.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def real_quotient(a: float, b: float) -> float:
 
 
 def power(a: float, b: float) -> float:
-    """Raise a to the power b; NaN where undefined, infinite where too large.
+    """Raise a to the power b; NaN if undefined, infinite if too large.
 
     >>> power(-1e200, 3.0), power(0.0, -1.0), power(-8.0, 0.5)
     (-inf, inf, nan)
@@ -131,7 +131,7 @@ def to_digits(value: int) -> int:
 
 
 def from_digits(pattern: int) -> int:
-    """Convert binary coded decimal to a number; a digit above 9 counts with its hexadecimal value.
+    """Convert binary coded decimal to a number; a digit above 9 counts as its hexadecimal value.
 
     >>> from_digits(0x1254), from_digits(0x1A)
     (1254, 20)
@@ -172,7 +172,7 @@ def real_from_decimal(value: float) -> float:
 
 
 def _or_nan(function: Callable[[float], float], at_zero: float | None = None) -> Callable[[float], float]:
-    """Wrap a function to return NaN where it is undefined, and at 0 `at_zero` if that is not None."""
+    """Wrap a function to return NaN where it is undefined, and `at_zero` at 0 unless that is None."""
 
     def compute(value: float) -> float:
         if value == 0 and at_zero is not None:
@@ -189,7 +189,7 @@ def _or_nan(function: Callable[[float], float], at_zero: float | None = None) ->
 sine, cosine, tangent = map(_or_nan, (math.sin, math.cos, math.tan))
 arc_sine, arc_cosine, arc_tangent = map(_or_nan, (math.asin, math.acos, math.atan))
 natural_log, common_log = _or_nan(math.log, -math.inf), _or_nan(math.log10, -math.inf)
-"""Trigonometric functions have angles in radians; logarithms are -inf at 0.
+"""Trigonometric functions use radians; logarithms are -inf at 0.
 
 >>> natural_log(1.0), natural_log(0.0), natural_log(-1.0), common_log(1000.0)
 (0.0, -inf, nan, 3.0)
@@ -262,6 +262,6 @@ def scaled(value: float, low: float, high: float, least: float, most: float) -> 
 
 
 def percent(value: float, low: float, high: float) -> float:
-    """Return a number in percent of a span; a span of 0 leaves it unchanged."""
+    """Return a number as a percentage of a span; a span of 0 leaves the number unchanged."""
     span = high - low
     return value * 100 / span if span else value

@@ -1,8 +1,8 @@
-"""Sequential function charts in the tree: steps with actions, and the transitions between them.
+"""Sequential function charts in the tree, made of steps with actions and the transitions between them.
 
-A chart is a net: a transition leaves its `sources` and enters its `targets`. Several transitions of one step
-are a selection, and their order is their priority; several targets diverge to simultaneous branches, several
-sources converge from them. Steps are in order of execution.
+A chart is a net: a transition leaves its `sources` and enters its `targets`. Several transitions from one
+step are a selection in order of priority; several targets start simultaneous branches, and several
+sources end them. Steps are in order of execution.
 
 Sources: Logix 5000 Controllers Sequential Function Charts, 1756-PM006; IEC 61131-3.
 """
@@ -23,7 +23,7 @@ STEP_TYPE, ACTION_TYPE, STOP_TYPE = "SFC_STEP", "SFC_ACTION", "SFC_STOP"
 
 
 class Qualifier(Enum):
-    """Start and end of an action [1756-PM006, choose a qualifier for an action]."""
+    """When an action starts and ends [1756-PM006, choose a qualifier for an action]."""
 
     N = "N"  # while its step is active
     P1 = "P1"  # once, when the step is activated
@@ -39,7 +39,7 @@ class Qualifier(Enum):
 
     @property
     def is_stored(self) -> bool:
-        """Whether the action outlives its step, until R."""
+        """Whether the action continues after its step, until an R action resets it."""
         return self.value in ("S", "SL", "DS", "SD")
 
     @property
@@ -49,21 +49,21 @@ class Qualifier(Enum):
 
 
 class ExecutionControl(Enum):
-    """Extent of a chart's scan [1756-PM006, execution control]."""
+    """How much of a chart one scan executes [1756-PM006, execution control]."""
 
     CURRENT = "CURRENT"  # execute current active steps only
     UNTIL_FALSE = "UNTIL_FALSE"  # execute until FALSE transition
 
 
 class RestartPosition(Enum):
-    """Step at which a chart begins after program mode [1756-PM006, restart position]."""
+    """Step at which a chart restarts after program mode [1756-PM006, restart position]."""
 
     MOST_RECENT = "MOST_RECENT"
     INITIAL = "INITIAL"
 
 
 class LastScan(Enum):
-    """The last scan of an action that ends [1756-PM006, choose a last scan option]."""
+    """What the last scan of an action does [1756-PM006, choose a last scan option]."""
 
     AUTOMATIC = "AUTOMATIC"  # postscan
     PROGRAMMATIC = "PROGRAMMATIC"  # one more scan, with Q off
@@ -72,7 +72,7 @@ class LastScan(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ChartOptions:
-    """Options of all charts of a controller; the defaults are as in a new project."""
+    """Options for all charts of a controller; the defaults match a new project."""
 
     control: ExecutionControl = ExecutionControl.CURRENT
     restart: RestartPosition = RestartPosition.MOST_RECENT
@@ -84,7 +84,7 @@ DEFAULT_OPTIONS = ChartOptions()
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action of a step. Without a body (None) it is a Boolean action, or resets another action."""
+    """An action of a step. Without a body (None), it is a Boolean action or resets another action."""
 
     name: str  # its tag, an SFC_ACTION
     qualifier: Qualifier = Qualifier.N
@@ -96,12 +96,12 @@ class Action:
 
     @property
     def is_boolean(self) -> bool:
-        """Whether it only sets its Q, for other logic."""
+        """Whether the action only sets its Q bit, for use by other logic."""
         return self.body is None and self.qualifier is not Qualifier.R
 
     @property
     def head(self) -> str:
-        """Its text without the body."""
+        """The action's text without its body."""
         shown = f" INDICATOR {self.indicator}" if self.indicator else ""
         preset = "" if self.preset is None else f" PRE := {self.preset}"
         return f"ACTION {self.name} {self.qualifier.value}{shown}{preset}"
@@ -117,12 +117,12 @@ class Action:
 
 
 PRESETS = ("PRE", "LimitHigh", "LimitLow")
-"""Members of a step that may have an expression."""
+"""Members of a step that an expression may set."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChartStep:
-    """A step. A `stop` ends its path: it has no actions, and no transition leaves it."""
+    """A step. A `stop` ends its path, so it has no actions and no transition leaves it."""
 
     name: str  # its tag, an SFC_STEP or SFC_STOP
     actions: tuple[Action, ...] = ()
@@ -134,7 +134,7 @@ class ChartStep:
 
     @property
     def head(self) -> str:
-        """Its text without presets and actions."""
+        """The step's text without its presets and actions."""
         return f"{'STOP' if self.stop else 'INITIAL_STEP' if self.initial else 'STEP'} {self.name}"
 
     def lines(self) -> Iterator[str]:
@@ -151,7 +151,7 @@ class ChartStep:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """A transition: from all active `sources` to all `targets` when its condition is true."""
+    """A transition from all active `sources` to all `targets`, which fires when its condition is true."""
 
     name: str  # its tag, a BOOL
     sources: tuple[str, ...]
@@ -162,12 +162,12 @@ class Transition:
 
     @property
     def head(self) -> str:
-        """Its text without the condition."""
+        """The transition's text without its condition."""
         return f"TRANSITION {self.name} FROM {', '.join(self.sources)} TO {', '.join(self.targets)}"
 
     @property
     def statement(self) -> Statement:
-        """Its condition as a statement: an assignment to its tag, or the call."""
+        """The condition as a statement, either an assignment to the transition's tag or a call."""
         if isinstance(self.condition, Instruction):
             return Invocation(self.condition, line=self.number, origin=self.origin)
         return Assignment(Address(self.name), self.condition, line=self.number, origin=self.origin)
@@ -185,17 +185,17 @@ class Chart:
 
     @property
     def initial(self) -> ChartStep | None:
-        """Its initial step, None without one."""
+        """The initial step; None if the chart has none."""
         return next((step for step in self.steps if step.initial), None)
 
     @property
     def steps_by_name(self) -> Mapping[str, ChartStep]:
-        """Its steps and stops by name in capitals."""
+        """The chart's steps and stops by name in capitals."""
         return {step.name.upper(): step for step in self.steps}
 
     @property
     def elements(self) -> Mapping[int, str]:
-        """The texts of its steps, actions and transitions, by number."""
+        """The text of each step, action and transition, by number."""
         heads: dict[int, str] = {}
         for step in self.steps:
             heads[step.number] = step.head
@@ -239,7 +239,7 @@ class Chart:
                     yield step, action, action.body
 
     def tags(self) -> Iterator[tuple[str, str]]:
-        """Yield the tags of its elements with the names of their types."""
+        """Yield the tags of the chart's elements with the names of their types."""
         for step in self.steps:
             yield step.name, STOP_TYPE if step.stop else STEP_TYPE
             yield from ((action.name, ACTION_TYPE) for action in step.actions)
@@ -255,7 +255,7 @@ class Chart:
 
 
 def presets_of(step: ChartStep) -> Iterator[Assignment]:
-    """Yield the expressions of a step and its actions as assignments to their members."""
+    """Yield the expressions in a step and its actions as assignments to members."""
     for member, value in step.presets:
         yield _set(step.name, member, value, step.number, step.origin)
     for action in step.actions:
@@ -268,5 +268,5 @@ def _set(name: str, member: str, value: Operand, number: int, origin: Origin) ->
 
 
 def body_name(routine: str, step: ChartStep, action: Action) -> str:
-    """Return the name of an action's body as a routine: `Sequence.Fill.Open`."""
+    """Return the routine name of an action's body, such as `Sequence.Fill.Open`."""
     return f"{routine}.{step.name}.{action.name}"

@@ -1,8 +1,8 @@
-"""Checks the names in a chart, its reachability, and that simultaneous branches begin and end in pairs.
+"""Checks of a chart's names, reachability, and the pairing of divergences and convergences.
 
-Each step has a list of the branches around it: pairs of a divergence and legs of it. A convergence joins legs
-of one divergence. After a convergence of all its legs, a step is outside the divergence. So two tokens never
-meet in one step, and no jump enters or leaves a branch.
+Each step has a list of the branches around it, as pairs of a divergence and some of its legs. A convergence
+joins legs of one divergence. A step after a convergence of all the legs is outside the divergence. So two
+tokens never meet in one step, and no jump enters or leaves a branch.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import NamedTuple
 from .chart import Chart, ChartStep, Qualifier, Transition
 
 MOST_ELEMENTS = 2_000
-"""Maximum steps, actions and transitions of a chart."""
+"""Maximum number of steps, actions and transitions in a chart."""
 
 Legs = tuple[tuple[int, frozenset[int]], ...]
-"""The simultaneous branches around a step, outermost first: the divergence's number, and its legs."""
+"""The simultaneous branches around a step, outermost first; each is a divergence's number and its legs."""
 
 
 class ChartProblem(NamedTuple):
-    """A part of a chart that is not allowed."""
+    """Something in a chart that is not allowed."""
 
     number: int  # of the element
     element: str
@@ -29,7 +29,7 @@ class ChartProblem(NamedTuple):
 
 
 def problems_of(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield the problems of a chart; after a problem of names, branches are not checked."""
+    """Yield the problems in a chart; if names have problems, branches are not checked."""
     problems = [*_name_problems(chart)]
     yield from problems
     if not problems:
@@ -37,7 +37,7 @@ def problems_of(chart: Chart) -> Iterator[ChartProblem]:
 
 
 def unreached(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield the steps without a path to them; SFR may reach them."""
+    """Yield the steps that no path leads to; SFR may still reach them."""
     net = _Net(chart)
     list(net.problems())  # fills `legs`
     for step in chart.steps:
@@ -82,7 +82,7 @@ def _duplicate_problems(chart: Chart) -> Iterator[ChartProblem]:
 
 
 def _end_problems(steps_by_name: Mapping[str, ChartStep], transition: Transition) -> Iterator[ChartProblem]:
-    """Yield problems of the steps before and after a transition."""
+    """Yield problems with the steps before and after a transition."""
     for name in (*transition.sources, *transition.targets):
         if name.upper() not in steps_by_name:
             steps = ", ".join(step.name for step in steps_by_name.values())

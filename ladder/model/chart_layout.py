@@ -1,4 +1,4 @@
-"""Layout of a chart's picture: columns from the left, rows from the top.
+"""Layout of a chart's drawing in columns from the left and rows from the top.
 
 A step is below all transitions that lead down to it. Further legs of a branch go to the right. Elements after
 a convergence are in the column of its first leg. A link back up to the beginning of a loop is a jump.
@@ -51,7 +51,7 @@ class _Visit(NamedTuple):
 
 
 def _with_first_in(column: int, visits: list[_Visit]) -> list[_Visit]:
-    """Return visits with a column for the first one."""
+    """Return the visits, with a column assigned to the first one."""
     return [visit._replace(column=column) for visit in visits[:1]] + visits[1:]
 
 
@@ -81,7 +81,7 @@ class _Placing:
         return ChartLayout(step_cells, transition_cells, frozenset(self._jumps))
 
     def _assign_columns(self, start: str) -> None:
-        """Assign columns down all paths from a step: the first leg stays in the column, others go right."""
+        """Assign columns down all paths from a step; the first leg stays in its column, others go right."""
         steps_above: set[str] = set()  # of the current path: a transition to one of them is a jump
         todo = [_Visit("step", start, -1, self._free_column)]
         while todo:
@@ -112,13 +112,13 @@ class _Placing:
         return _with_first_in(column, visits)
 
     def _column(self, visit: _Visit) -> int:
-        """Return a visit's column and make it used."""
+        """Return a visit's column and mark it as used."""
         column = self._free_column if visit.column is None else visit.column
         self._free_column = max(self._free_column, column + 1)
         return column
 
     def _rows(self) -> tuple[dict[str, int], dict[int, int]]:
-        """Return the rows of steps and transitions, each below all that lead to it except by jumps."""
+        """Return the rows of steps and transitions; each is below all that lead to it, except by jumps."""
         steps = dict.fromkeys(self._step_columns, 0)
         transitions = dict.fromkeys(range(len(self._chart.transitions)), 0)
         for _ in range(len(steps) + 1):

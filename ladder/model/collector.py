@@ -1,9 +1,9 @@
 """The cyclic garbage collector, paused while large trees are built.
 
-Each collection visits all live objects. While a program of thousands of rungs is read and compiled, nothing
-becomes garbage, and collections take a third of the time. Afterwards all objects move to the oldest
+Each collection visits all live objects. Reading and compiling a program of thousands of rungs creates no
+garbage, yet collections take a third of the time. Afterwards all objects move to the oldest
 generation; otherwise the next collection would visit the whole tree at once. The collector does not count
-this move, so old garbage would stay. Therefore everything is collected after every few large trees.
+this move, so old garbage would remain. A full collection therefore runs after every few large trees.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from itertools import count
 
 LARGE = 100_000
-"""Number of new objects above which a tree is large: visiting them takes tens of ms."""
+"""Number of new objects above which a tree is large, because visiting them takes tens of ms."""
 
 COLLECTED = 8
 """Number of large trees after which all garbage is collected."""
@@ -24,7 +24,7 @@ _large_trees = count(1)
 
 @contextmanager
 def collector_paused() -> Iterator[None]:
-    """Pause the collector inside a `with`, if it is on."""
+    """Pause the collector, if it is on, inside a `with`."""
     was_on = gc.isenabled()
     gc.disable()
     try:

@@ -1,4 +1,4 @@
-"""The drawing of a function block diagram: elements and wires on its sheets, and the tags of their values."""
+"""The drawing of a function block diagram: elements and wires on sheets, and the tags of their values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scanrack.io_images.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class DrawnPin:
-    """A pin of an element; `value` is the address of its value, "" without one."""
+    """A pin of an element; `value` is the address of its value, or "" if it has none."""
 
     name: str
     value: str = ""
@@ -17,7 +17,7 @@ class DrawnPin:
 
 @dataclass(frozen=True, slots=True)
 class DrawnElement:
-    """A block, a reference, a connector or a text, at its place in units of the editor."""
+    """A block, reference, connector or text, with its position in editor units."""
 
     kind: str  # block, input, output, connector or text
     x: int

@@ -13,7 +13,7 @@ class LadderError(SiteError):
 
 
 class RungTextError(LadderError):
-    """Rung text with an error; names file, rung, line, column and what was expected."""
+    """An error in rung text; names the file, rung, line, column and what was expected."""
 
     def __init__(self, expected: str, found: str, site: Site) -> None:
         self.expected = expected
@@ -40,7 +40,7 @@ class Problem:
 
 
 class BuildError(LadderError):
-    """A program that is refused; lists every problem with its rung and a remedy."""
+    """The build of a program failed; lists every problem with its rung and a remedy."""
 
     def __init__(self, name: str, problems: Sequence[Problem], kind: str = "program") -> None:
         self.problems = tuple(problems)
@@ -85,7 +85,7 @@ WATCHDOG_TYPE, WATCHDOG_CODE = 6, 1
 """The task's watchdog has expired [1756-PM014, major fault codes]."""
 
 STRING_CODE = 51
-"""Minor: LEN of a string, or of the result, is above the size of DATA [1756-RM003N p. 610]."""
+"""Minor: LEN of a string, or of the result, exceeds the size of DATA [1756-RM003N p. 610]."""
 
 SHORT_STRING_CODE = 52
 """Minor: the destination is too short for the string of a number [1756-RM003N p. 629]."""
@@ -94,10 +94,10 @@ STRING_NUMBER_CODE = 53
 """Minor: the number in a string does not fit its destination [1756-RM003N p. 623]."""
 
 STRING_PLACE_CODE = 56
-"""Minor: a start or a quantity is outside a string [1756-RM003N p. 614, 618]."""
+"""Minor: a start position or quantity is outside a string [1756-RM003N p. 614, 618]."""
 
 PID_TIME_CODE, PID_SETPOINT_CODE = 35, 36
-"""Minor: the update time of a PID is not above 0; its setpoint is out of range [1756-PM014]."""
+"""Minor: the update time of a PID is not above 0, or its setpoint is out of range [1756-PM014]."""
 
 OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""
@@ -112,7 +112,7 @@ class TooLongError(LadderError):
 
 
 class OutOfLinesError(Exception):
-    """The limit of executed rungs and statements is reached, see `Interpreter.lines_left`."""
+    """The limit on executed rungs and statements has been reached; see `Interpreter.lines_left`."""
 
 
 class ScanEndedError(Exception):
@@ -121,7 +121,7 @@ class ScanEndedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class MinorFault:
-    """A minor fault: it is recorded and the scan continues."""
+    """A minor fault, which is recorded while the scan continues."""
 
     site: Site
     now_ns: int

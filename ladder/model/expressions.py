@@ -41,7 +41,7 @@ Exports print `&4DA5D0F8:I` for a module without a name.
 """
 
 TAG_BASE = rf"[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|{TAG_NAME}"
-r"""Regular expression of the beginning of an address: a tag, `S:FS`, `\Program.Tag`."""
+r"""Regular expression for the beginning of an address: a tag, `S:FS`, `\Program.Tag`."""
 
 _BASE = re.compile(TAG_BASE)
 _FILE = re.compile(r":(\d+)")
@@ -57,7 +57,7 @@ _NUMBER = re.compile(
 )
 _INFINITE = ("1.$", "1.#INF")
 _NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
-"""Exports print NaN as one of these."""
+"""Ways that exports print NaN."""
 
 _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
@@ -71,13 +71,13 @@ _FUNCTION = re.compile(rf"(?:{'|'.join(FUNCTION_NAMES)})\s*\(", re.IGNORECASE)
 _INDEX_DIGITS = 9  # maximum digits of an element or bit number; a longer one is never in range
 
 MOST_DIGITS = 100
-"""Maximum digits of a number, including leading zeros and underscores."""
+"""Maximum number of digits in a number, including leading zeros and underscores."""
 
 _HIGHEST = (1 << 64) - 1  # highest integer that can be written
 
 
 class ExpressionParser(Scanner):
-    """Recursive descent over expressions and addresses."""
+    """A recursive descent parser for expressions and addresses."""
 
     _open = 0  # nested levels around the current position
 
@@ -295,7 +295,7 @@ class ExpressionParser(Scanner):
 
 @lru_cache(maxsize=1024)
 def parse_address(text: str) -> Address:
-    """Read an address, as `tags[...]` and aliases accept it, or raise a RungTextError.
+    """Read an address in the form that `tags[...]` and aliases accept, or raise a RungTextError.
 
     >>> str(parse_address("Local:1:I.Data[0].14"))
     'Local:1:I.Data[0].14'

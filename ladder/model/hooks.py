@@ -1,4 +1,4 @@
-"""Functions of higher packages that a program offers.
+"""Functions from higher packages that a program offers.
 
 `scanrack.ladder` sets them, so that no import points upward.
 """

@@ -54,7 +54,7 @@ class OperandError(ValueError):
 
 
 def mismatch(operand: object, resolved: Resolved, required: str, remedy: str) -> OperandError:
-    """Return the error for an operand that is not as `required`, such as `a tag`."""
+    """Return the error for an operand that is not what is `required`, such as `a tag`."""
     return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
@@ -77,7 +77,7 @@ def require_type(block: Group, kind: Structure) -> None:
 
 @dataclass(frozen=True, slots=True)
 class OperandCheck:
-    """The requirement of a use: its predicate and a remedy."""
+    """The requirement of a use, with its predicate and a remedy."""
 
     accepts: Callable[[Resolved], bool]
     text: str  # the requirement in words, such as `a number`
@@ -101,7 +101,7 @@ def _is_numeric_tag(resolved: Resolved) -> bool:
 
 
 def is_string(resolved: Resolved) -> bool:
-    """Whether an operand is a STRING or a string constant."""
+    """Return whether an operand is a STRING or a string constant."""
     if not isinstance(resolved, Group):
         return isinstance(resolved, StringConstant)
     return not resolved.dims and not isinstance(resolved.type, Elementary) and resolved.type.is_string
@@ -120,7 +120,7 @@ def _is_axis(resolved: Resolved) -> bool:
 
 
 def is_arithmetic(resolved: Resolved) -> bool:
-    """Whether this is an arithmetic expression."""
+    """Return whether this is an arithmetic expression."""
     if not isinstance(resolved, Calculation):
         return is_number(resolved)
     if is_truth(resolved):  # 1 or 0
@@ -131,7 +131,7 @@ def is_arithmetic(resolved: Resolved) -> bool:
 
 
 def is_logical(resolved: Resolved) -> bool:
-    """Whether this is a condition of structured text: bits, comparisons, 0, 1, and operators on them."""
+    """Return whether this is a structured text condition: bits, comparisons, 0, 1, and operators."""
     if isinstance(resolved, Constant):
         return resolved.type.is_integer and resolved.value in (0, 1)
     if not isinstance(resolved, Calculation):
@@ -152,12 +152,12 @@ def _is_condition(resolved: Resolved) -> bool:
 
 
 def _is_test(resolved: Resolved) -> bool:
-    """Whether an operand is a condition, or a number: exports have 0 for never and 1 for always."""
+    """Return whether an operand is a condition or a number; exports use 0 for never and 1 for always."""
     return isinstance(resolved, Constant) or _is_condition(resolved)
 
 
 def _is_region(resolved: Resolved) -> bool:
-    """Whether an operand has bytes in memory: no BOOL, no bit, no array of BOOL."""
+    """Return whether an operand has bytes in memory, unlike a BOOL, a bit or an array of BOOL."""
     if isinstance(resolved, Place):
         return not resolved.type.is_bool
     return isinstance(resolved, Group) and not (
@@ -178,7 +178,7 @@ def _has_dims(resolved: Resolved) -> bool:
 
 
 def array_of(resolved: Resolved) -> tuple[int, ...]:
-    """Return the dimensions of an array, or of the array around an element; () for another operand."""
+    """Return the dimensions of an array, or of the array around an element; () for any other operand."""
     if isinstance(resolved, Group) and resolved.dims:
         return resolved.dims
     return resolved.array if isinstance(resolved, (Place, Group)) else ()

@@ -19,12 +19,12 @@ DOUBLE = -1
 """Width of a computation in LREAL."""
 
 FAULT = ":I.Fault"
-"""End of the address of a connection's fault, after the slot; it is not a word of an image."""
+"""End of a connection fault's address, after the slot; the fault is not a word of an image."""
 
 
 @record
 class Constant:
-    """A number in double precision with its type: DINT, LINT if needed, or REAL, rounded on use."""
+    """A number in double precision with its type: DINT, LINT if needed, or REAL (rounded on use)."""
 
     value: int | float
     type: Elementary
@@ -67,12 +67,12 @@ class Place:
 
     @property
     def fixed_index(self) -> int | None:
-        """Flat index in the leaf, 0 for a single value; None if it is computed."""
+        """Flat index in the leaf; 0 for a single value, None if it is computed."""
         return fixed_index_in(self.leaf.dims, self.indices)
 
     @property
     def address(self) -> str | None:
-        """Address of the word or bit of a slot's image or fault; None for another or computed place."""
+        """Address of the word or bit of a slot's image or fault; None for a computed or any other place."""
         if self.leaf.slot is None or self.can_fault:
             return None
         word = f"Local:{self.leaf.slot}{FAULT}"
@@ -114,7 +114,7 @@ class Group:
 
     @property
     def length(self) -> Place:
-        """LEN of a STRING; messages show the string's name."""
+        """LEN of a STRING, which messages show under the string's name."""
         return Place(self.layout.leaf(f"{self.path}.LEN"), self.indices, None, self.text)
 
 
@@ -127,7 +127,7 @@ class Calculation:
     can_fault: bool = field(init=False, compare=False, repr=False)  # see the function `can_fault`
 
     def __post_init__(self) -> None:
-        """Compute `can_fault` once, as a chain of operations would compute it for each of its parts."""
+        """Compute `can_fault` once, because a chain of operations would compute it again for each part."""
         object.__setattr__(self, "can_fault", any(map(can_fault, self.operands)))
 
 
@@ -165,11 +165,11 @@ def subscripts_of(dims: tuple[int, ...], index: int) -> tuple[Constant, ...]:
 
 
 MOST_CHARACTERS = 8
-"""Maximum characters in a string constant used as a number: the bytes of a LINT."""
+"""Maximum number of characters in a string constant used as a number: the bytes of a LINT."""
 
 
 def as_number(resolved: Resolved) -> Resolved:
-    """Return a string constant as its ASCII number, any other operand unchanged.
+    """Return a string constant as its ASCII number, and any other operand unchanged.
 
     The first character is the most significant byte, as in the display style ASCII.
 
@@ -210,7 +210,7 @@ def constant(value: int | float) -> Constant:
 
 
 def is_integer(resolved: Resolved) -> bool:
-    """Whether the value is an integer."""
+    """Return whether the value is an integer."""
     if isinstance(resolved, (Constant, Place)):
         return resolved.type.is_integer
     if not isinstance(resolved, Calculation) or _is_real_function(resolved):
@@ -219,14 +219,14 @@ def is_integer(resolved: Resolved) -> bool:
 
 
 def is_number(resolved: Resolved) -> bool:
-    """Whether the value is numeric."""
+    """Return whether the value is numeric."""
     if isinstance(resolved, (Constant, Place)):
         return not resolved.type.is_bool
     return isinstance(resolved, Calculation) and all(map(is_number, resolved.operands))
 
 
 def is_truth(resolved: Resolved) -> bool:
-    """Whether this is a bit, a comparison, or AND, OR, XOR, NOT of these."""
+    """Return whether this is a bit, a comparison, or AND, OR, XOR, NOT of these."""
     if isinstance(resolved, Place):
         return resolved.type.is_bool
     if not isinstance(resolved, Calculation):
@@ -250,7 +250,7 @@ def _is_real_function(calculation: Calculation) -> bool:
 
 
 def can_fault(resolved: Resolved) -> bool:
-    """Whether reading the value may raise a subscript fault."""
+    """Return whether reading the value may raise a subscript fault."""
     if isinstance(resolved, (Place, Group)):
         if any(not isinstance(index, Constant) for index in resolved.indices):
             return True

@@ -58,7 +58,7 @@ CALLED: dict[str, Callable[..., Any]] = {
 FUNCTION_NAMES = {
     name: function.name for function in FUNCTIONS.values() for name in (function.name, function.other) if name
 }
-"""Canonical name of a function by each of its names."""
+"""Canonical name of each function, by each of its names."""
 
 COMPARISONS: Mapping[str, str] = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
 """Compare instructions, and their operators."""
@@ -66,4 +66,4 @@ COMPARISONS: Mapping[str, str] = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<
 RELATIONS = tuple(COMPARISONS.values())
 
 BITWISE = ("AND", "OR", "XOR", "NOT")
-"""Operators on bits: computed in integers, even where the rest of the expression is REAL or LREAL."""
+"""Bitwise operators, computed in integers even where the rest of the expression is REAL or LREAL."""

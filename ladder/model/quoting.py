@@ -8,7 +8,7 @@
 | `$P` | form feed, 0C |
 | `$R` | carriage return, 0D |
 | `$T` | tab, 09 |
-| `$` and two hexadecimal digits | the character of that code |
+| `$` and two hexadecimal digits | the character with that code |
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def unquoted(text: str) -> str:
     "It's 5$\n"
 
     Raises:
-        ValueError: a `$` begins no escape; the message shows it.
+        ValueError: a `$` does not begin an escape; the message shows it.
     """
     return _ESCAPE.sub(_character, text)
 
@@ -43,7 +43,7 @@ def _character(match: re.Match[str]) -> str:
 
 
 def quoted(value: str) -> str:
-    r"""Return characters as the text of a string literal.
+    r"""Return a value's characters as the text of a string literal.
 
     >>> print(quoted("It's 5$\n"))
     'It$'s 5$$$0A'

@@ -76,7 +76,7 @@ class AddressError(LadderError):
 
 
 def missing_in(error: ValueError) -> str:
-    """Return the name of the undeclared tag in an error; "" for another error."""
+    """Return the name of the undeclared tag in an error; "" for any other error."""
     return next((site.tag for site in sites_of(error)), "")
 
 
@@ -97,11 +97,11 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
     "COMMAND": (True, _bits(0, CommandMsw) | _bits(1, CommandLsw)),
     "CONFIG": (True, _bits(0, ConfigMsw)),
 }
-"""Bits of a 3601 by meaning: group -> (whether in the output image, name -> (word, bit))."""
+"""Bits of a 3601 by meaning: group -> (whether it is in the output image, name -> (word, bit))."""
 
 
 def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]]:
-    """Return a module's bits by meaning: its own names, and a 3601's for groups that it lacks."""
+    """Return a module's bits by meaning, with its own names, or a 3601's for groups that it lacks."""
     meanings = {
         group.upper(): (
             any(place.image == "O" for place in names.values()),
@@ -130,7 +130,7 @@ _WORD_BITS = 16
 
 
 def _card_word_and_bit(step: BitStep, first: int = 0) -> tuple[Step, Step]:
-    """Return the steps to word and bit of `Local:2:I.Data.20`: two words have the 32 terminals of a card."""
+    """Return the steps to the word and bit of `Local:2:I.Data.20`; a card's 32 terminals fill two words."""
     bit = step.index
     if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
         return WordStep(first, "."), step
@@ -142,7 +142,7 @@ _SLOT_FILE = re.compile(r"([IO]):(\d+)")
 
 
 def is_image(name: str) -> bool:
-    r"""Whether a name needs no declaration: a slot's image, or a tag of a named program.
+    r"""Return whether a name needs no declaration: a slot's image, or a tag of a named program.
 
     >>> is_image("Local:1:I"), is_image("O:2"), is_image(r"\Main.Run"), is_image("Run")
     (True, True, True, False)
@@ -152,7 +152,7 @@ def is_image(name: str) -> bool:
 
 
 def slot_of_image(name: str) -> int | None:
-    """Return the slot of an image such as `Local:1:I`, None for any other tag.
+    """Return the slot of an image such as `Local:1:I`; None for any other tag.
 
     >>> slot_of_image("Local:1:I"), slot_of_image("Local:1:C")
     (1, None)
@@ -168,7 +168,7 @@ def _not_module_part_error(shown: Address, words: int, *, output: bool) -> Addre
 
 
 class Resolver:
-    """Resolves addresses in a memory; tags of `program` have precedence over the controller's."""
+    """Resolves addresses in a memory; tags of `program` take precedence over the controller's."""
 
     def __init__(self, layout: Layout, program: str = "") -> None:
         self._layout = layout
@@ -209,7 +209,7 @@ class Resolver:
         return resolved
 
     def address_of(self, text: str) -> Address:
-        """Return the address for a name from the user, see `io_images.tag_names`, or raise a LadderError."""
+        """Return the address of a user's name (see `io_images.tag_names`), or raise a LadderError."""
         address = parse_address(normal(text))
         name = address.name.upper()
         if is_image(name) or self._layout.declaration(name, self._program) is not None:
@@ -220,11 +220,11 @@ class Resolver:
             raise AmbiguousTagError(str(error), "write one of them") from None
 
     def named(self, text: str) -> Place | Group:
-        """Resolve a tag name from the user, see `address_of`."""
+        """Resolve a tag name that the user entered; see `address_of`."""
         return self.address(self.address_of(text))
 
     def full_name(self, text: str) -> str:
-        """Return the declared name for a tag name from the user, see `address_of`."""
+        """Return the declared name for a tag name that the user entered; see `address_of`."""
         address = self.address_of(text)
         resolved = self.address(address)
         declaration = self._layout.declaration(address.name.upper(), self._program)
@@ -247,7 +247,7 @@ class Resolver:
         )
 
     def _spelled(self, steps: Iterable[Step], members: Sequence[str]) -> Iterator[Step]:
-        """Yield steps with members as declared and elements in the program's notation."""
+        """Yield steps with members spelled as declared and elements in the program's notation."""
         names = {member.upper(): member for member in members}
         for step in steps:
             if isinstance(step, MemberStep):
@@ -384,7 +384,7 @@ class Resolver:
         return self._leaf(group)
 
     def _leaf(self, group: Group) -> Place | Group:
-        """Return a single elementary value as a place, any other group unchanged."""
+        """Return a single elementary value as a place, and any other group unchanged."""
         if group.dims or isinstance(group.type, Structure):
             return group
         return Place(self._layout.leaf(group.path), group.indices, None, group.text, group.array)
@@ -456,7 +456,7 @@ class Resolver:
 
 
 def address_in(resolver: Resolver, name: str) -> str | None:
-    """Return the address of an image word, image bit or fault by a name from the user; else None."""
+    """Return the address of an image word, image bit or fault that a user's name means, else None."""
     try:
         resolved = resolver.named(name)
     except LadderError:
@@ -484,7 +484,7 @@ def _declared(member: Member) -> str:
 
 
 def _alias_steps(group: Group, name: str) -> tuple[Step, ...]:
-    """Return the steps to the target of a member with `at`, none for other members."""
+    """Return the steps to the target of a member with `at`; empty for other members."""
     member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
     if member is None or not member.at:
         return ()

@@ -17,7 +17,7 @@ from .tree import Block, Instruction, Rung, instructions_of
 
 @dataclass(frozen=True, slots=True)
 class Routine:
-    """A routine of rungs; of statements if `statements` is not None; a chart if `chart` is not None."""
+    """A routine of rungs, of statements if `statements` is not None, or a chart if `chart` is not None."""
 
     name: str
     rungs: tuple[Rung, ...]
@@ -28,12 +28,12 @@ class Routine:
 
     @property
     def unit(self) -> str:
-        """Unit of its numbers: rung, line, or element of a chart."""
+        """What its numbers count: rungs, lines, or elements of a chart."""
         return "element" if self.chart else "rung" if self.statements is None else "line"
 
     @property
     def block(self) -> Block:
-        """Its statements, including those in a chart; empty for rungs."""
+        """The routine's statements, including those in a chart; empty for rungs."""
         return tuple(self.chart.statements()) if self.chart else self.statements or ()
 
     def instructions(self) -> Iterator[tuple[int, Instruction]]:
@@ -46,7 +46,7 @@ class Routine:
 
     @property
     def numbers(self) -> Sequence[int]:
-        """Numbers of its rungs from 0, of lines with statements from 1, or of a chart's elements."""
+        """Numbers of the rungs (from 0), of lines with statements (from 1), or of a chart's elements."""
         if self.chart is not None:
             return sorted(self.chart.elements)
         if self.statements is None:
@@ -56,7 +56,7 @@ class Routine:
         )
 
     def numbered(self, number: int) -> str:
-        """Return the rung or the statements with a number, or raise a LadderError."""
+        """Return the rung or statements with this number, or raise a LadderError."""
         if number not in self.numbers:
             available = (
                 ", ".join(map(str, self.numbers))
@@ -73,14 +73,14 @@ class Routine:
 
     @property
     def text(self) -> str:
-        """Rungs without comments, statements, or a chart."""
+        """The text of the rungs (without comments), the statements or the chart."""
         if self.chart is not None:
             return "\n".join(self.chart.lines())
         return "\n".join(map(str, self.rungs if self.statements is None else self.statements))
 
 
 def element_of(routines: Iterable[Routine], site: Site) -> tuple[str, int | None]:
-    """Return routine and number of a site; for a body of an action, the chart and the element."""
+    """Return the routine and number of a site; for an action's body, the chart and the element."""
     for routine in routines:
         if routine.chart is not None and site.routine.upper().startswith(f"{routine.name.upper()}."):
             for step, action, _ in routine.chart.bodies():

@@ -1,4 +1,4 @@
-"""A text with a reading position, which messages show."""
+"""A text with a read position, for messages."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ PRIORITIES = range(1, 16)
 """Priorities of a task; 1 runs first [1756-PM005, tasks]."""
 
 LONGEST_NS = 2_000_000 * 1_000_000
-"""The longest rate of a periodic task: 2,000 s [1756-PM005, tasks]."""
+"""The longest period of a periodic task: 2,000 s [1756-PM005, tasks]."""
 
 
 class TaskKind(Enum):
@@ -64,7 +64,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class ScheduledProgram:
-    """A program of a schedule."""
+    """A program in a schedule."""
 
     name: str
     main: str | None  # its main routine, in capitals; None without routines
@@ -76,7 +76,7 @@ class ScheduledProgram:
 
 @dataclass(frozen=True, slots=True)
 class ScheduledTask:
-    """A task of a schedule."""
+    """A task in a schedule."""
 
     task: Task
     programs: tuple[ScheduledProgram, ...]
@@ -87,14 +87,14 @@ class ScheduledTask:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """The tasks in order of declaration; leaves of the memory hold their state, so snapshots include it."""
+    """The tasks in order of declaration; their state is in the memory, so snapshots include it."""
 
     tasks: tuple[ScheduledTask, ...]
     previous_scan: Leaf  # leaf with the time of the previous scan, ns; -1 before the first
 
     @property
     def continuous(self) -> ScheduledTask | None:
-        """The continuous task, None without one."""
+        """The continuous task; None if there is none."""
         return next((task for task in self.tasks if task.task.kind is TaskKind.CONTINUOUS), None)
 
     @property
@@ -123,7 +123,7 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRoutines:
-    """The main and fault routine of a program, full names in capitals; None without one."""
+    """Full names of a program's main and fault routines, in capitals; None if there is none."""
 
     name: str
     main: str | None
@@ -164,5 +164,5 @@ def _scheduled_task(layout: Layout, task: Task, programs: tuple[ScheduledProgram
 
 
 def task_named(tasks: Iterable[ScheduledTask], name: str) -> ScheduledTask | None:
-    """Return a task by name, in any case; None without one."""
+    """Return a task by its name in any case; None if there is none."""
     return next((task for task in tasks if task.task.name.upper() == name.upper()), None)

@@ -1,8 +1,7 @@
 """Specification of an instruction: its name, operands, and the functions that check, run and compile it.
 
-A family file in `instructions` holds one `Spec` per instruction. The parser, the Python front end,
-the checks, both back ends, the debugger and the drawing all read it. So an instruction is described in one
-place.
+A family file in `instructions` has one `Spec` per instruction. The parser, the Python front end, the checks,
+both back ends, the debugger and the drawing all read it, so each instruction is described in one place.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from .tree import Address, Instruction, Unknown
 
 
 class Use(Enum):
-    """How an instruction uses an operand; `operand_checks` has the accepted operands."""
+    """How an instruction uses an operand; `operand_checks` defines which operands it accepts."""
 
     __hash__ = object.__hash__  # members are singletons, and frequent keys
 
@@ -108,7 +107,7 @@ def _always(*_operands: Any) -> bool:
 
 
 def do_nothing(*_parts: Any) -> None:
-    """Do nothing: `postscan` of an instruction that keeps its state, `run` of one without effect."""
+    """Do nothing, as `postscan` of an instruction that keeps its state, or `run` of one without effect."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -129,7 +128,7 @@ class Spec:
     | any, `decides` | any rung | yes | the condition after it | the same as Python text |
 
     Attributes:
-        run: executes it, see `interpreter.Interpreter`.
+        run: executes the instruction, see `interpreter.Interpreter`.
         write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
         prove: models `run` for all values at once. Its arguments are the machine, the power before it and the
@@ -144,8 +143,8 @@ class Spec:
         check: raises an OperandError for resolved operands that do not match; None without such a rule.
         resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).
-        optional: number of last operands that may be missing.
-        other: its second name, in Studio 5000 from revision 36 on; None without one.
+        optional: number of operands at the end that may be omitted.
+        other: its second name, in Studio 5000 revision 36 and later; None if it has none.
         decides: whether it also runs on a false rung, and decides the condition after it.
         alone: whether it may be the only element of a rung although it is an input.
         in_rungs: whether it can be used in rungs, not only in structured text.
@@ -187,7 +186,7 @@ class Spec:
 
     @cached_property
     def members(self) -> dict[int, tuple[int, str]]:
-        """Operands that show a member of another operand: by index, that operand's index and the member.
+        """For each operand that shows a member of another operand: that operand's index and the member.
 
         `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC; an SLC 500 has its time base before them.
         """
@@ -207,11 +206,11 @@ class Spec:
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
     def use_at(self, index: int) -> Use | None:
-        """Return the use of an operand, None without operands; the last use repeats."""
+        """Return the use of an operand; None if there are no operands. The last use repeats."""
         return self.operands[min(index, len(self.operands) - 1)] if self.operands else None
 
     def expected_count(self, count: int) -> str:
-        """Return the allowed number of operands, as `2` or `2 to 4`; "" if `count` is allowed."""
+        """Return the allowed number of operands, such as `2` or `2 to 4`; "" if `count` is allowed."""
         most = len(self.operands)
         least = most - self.optional - self.variadic
         if least <= count and (count <= most or self.variadic):
@@ -253,7 +252,7 @@ def action(name: str, *operands: Use, **parts: Any) -> Spec:
 
 
 def always(name: str, *operands: Use, **parts: Any) -> Spec:
-    """Return an instruction that acts on a true and a false rung."""
+    """Return an instruction that acts on both true and false rungs."""
     return _named(name, InstructionKind.BOTH, operands, parts)
 
 
@@ -265,7 +264,7 @@ WITH_CONTROL = (Use.CONTROL, Use.PRESET, Use.PRESET)
 
 
 def on_control(name: str, *operands: Use, **parts: Any) -> Spec:
-    """Return an instruction like `always` with a final CONTROL."""
+    """Return an instruction like that of `always`, with a CONTROL as its last operand."""
     return always(name, *operands, *WITH_CONTROL, optional=2, **parts)
 
 
@@ -282,4 +281,4 @@ BYTE_ORDER_OF = {
     **dict(zip("012", BYTE_ORDERS, strict=True)),
     "HIGHLOW": BYTE_ORDERS[2],
 }
-"""Modes of SWPB by each way to write them, in capitals."""
+"""Modes of SWPB by each way of writing them, in capitals."""

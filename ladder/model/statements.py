@@ -1,7 +1,8 @@
 """Statements of structured text in the tree, with the same operands as rungs.
 
-A routine has rungs or statements. A block is statements in order; IF, CASE, FOR, WHILE, REPEAT and
-regions hold blocks. `str()` of a statement is its text, one statement a line, four spaces per level.
+A routine has rungs or statements. A block is a sequence of statements; IF, CASE, FOR, WHILE, REPEAT and
+regions contain blocks. `str()` of a statement is its text, with one statement per line and four spaces per
+level.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ class Return(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Empty(Statement):
-    """`;`: no operation, or the place of a comment after the last statement of a block."""
+    """`;`: no operation, or the position of a comment after the last statement in a block."""
 
     head = ";"
 
@@ -106,7 +107,7 @@ class Arm:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Labels of a CASE from `low` to `high` inclusive; equal for a single label."""
+    """Labels in a CASE from `low` to `high`, inclusive; both are equal for a single label."""
 
     low: Number
     high: Number
@@ -117,7 +118,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Labels of a CASE with their block."""
+    """Labels in a CASE, with their block."""
 
     labels: tuple[Range, ...]
     body: Block
@@ -189,7 +190,7 @@ class For(Enclosing):
 
 @dataclass(frozen=True, slots=True)
 class While(Enclosing):
-    """WHILE: a block, repeated while a condition is true before the pass."""
+    """WHILE: a block that repeats as long as a condition is true before each pass."""
 
     condition: Operand
     body: Block
@@ -203,7 +204,7 @@ class While(Enclosing):
 
 @dataclass(frozen=True, slots=True)
 class Repeat(Statement):
-    """REPEAT: a block, repeated until a condition is true after the pass."""
+    """REPEAT: a block that repeats until a condition is true after a pass."""
 
     body: Block
     until: Operand
@@ -239,7 +240,7 @@ class Region(Enclosing):
 
 
 def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
-    """Yield a block's lines with comments; if not `closed`, a final comment needs a statement."""
+    """Yield a block's lines with comments; if not `closed`, a comment at the end needs a statement."""
     for number, statement in enumerate(block, start=1):
         if isinstance(statement, Empty) and statement.comment and closed and number == len(block):
             yield from comment_lines(statement.comment)
@@ -275,7 +276,7 @@ def _some(block: Block | None) -> tuple[Block, ...]:
 
 
 def statements_in(block: Block) -> Iterator[Statement]:
-    """Yield all statements of a block in text order, nested ones included."""
+    """Yield all statements of a block in text order, including nested ones."""
     for statement in block:
         yield statement
         for inner in blocks_in(statement):
@@ -283,13 +284,13 @@ def statements_in(block: Block) -> Iterator[Statement]:
 
 
 def operands_in(statement: Statement) -> tuple[Operand, ...]:
-    """Return the operands of a statement, without those in its blocks."""
+    """Return the operands of a statement, except those in its blocks."""
     values = [getattr(statement, attribute.name) for attribute in fields(statement)]
     return tuple(chain.from_iterable(map(_operands, values)))
 
 
 def _operands(value: Any) -> Iterator[Operand]:
-    """Yield the operands in the value of a statement's attribute, without those in its blocks."""
+    """Yield the operands in the value of a statement's attribute, except those in its blocks."""
     if isinstance(value, Operand):
         yield value
     elif isinstance(value, Instruction):
@@ -299,7 +300,7 @@ def _operands(value: Any) -> Iterator[Operand]:
 
 
 def too_deep(block: Block) -> str | None:
-    """Return the reason why a block is nested too deep, None if it is not."""
+    """Return the reason why a block is nested too deeply; None if it is not."""
     todo: list[tuple[Statement, int, int]] = [(outermost, 0, 0) for outermost in block]
     while todo:
         statement, blocks, loops = todo.pop()

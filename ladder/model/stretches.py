@@ -1,11 +1,11 @@
-"""Stretches: memory of values that are passed by reference, and of structures that are copied whole.
+"""Stretches: memory for values passed by reference, and for structures copied whole.
 
 Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag passed to an
-InOut, is a stretch of a list: its elementary values, in one order for all tags of a type. A function that
-takes a list and an offset works on all of them.
+InOut, is a stretch of a list, with its elementary values in the same order for all tags of a type. A function
+that takes a list and an offset works on all of them.
 
 A string, or a structure that is copied or filled, is a stretch of bytes in a controller's layout, see
-`types.fields_of`. Each value is an element of a view of all bytes in its type; a BOOL is a bit.
+`types.fields_of`. Each value is an element of a view of all bytes as its type; a BOOL is a bit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class StretchPart:
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """The list of one element of a type."""
+    """The layout of one element of a type in a list."""
 
     parts: dict[str, StretchPart]  # by path in capitals; "" for an elementary type itself
     zeros: list[bool | int | float]  # the initial values
@@ -93,7 +93,7 @@ class BytePart:
     strides: tuple[int, ...] = ()
 
     def within(self, offset: int, dims: tuple[int, ...], size: int) -> BytePart:
-        """Return the part within an array at `offset`, whose structures have `size` bits."""
+        """Return the part inside an array at `offset`, whose structures have `size` bits."""
         strides = row_strides(dims, size)
         return BytePart(self.view, offset + self.offset, dims + self.dims, strides + self.strides)
 
@@ -134,11 +134,11 @@ def byte_parts(kind: DataType) -> dict[str, BytePart]:
 
 @lru_cache(maxsize=1024)
 def fits_bytes(kind: DataType) -> bool:
-    """Whether a type can be stored as bytes.
+    """Return whether a type can be stored as bytes.
 
     The number of a hidden member is its position plus the structure's first byte. So a structure with hidden
-    members can't contain structures, or have more hidden members than bytes. A tag of type BOOL is a byte
-    to COP, but a bit in memory.
+    members can't contain structures, or have more hidden members than bytes. COP treats a tag of type BOOL as
+    a byte, but it is a bit in memory.
     """
     if isinstance(kind, Elementary):
         return not kind.is_bool
@@ -207,7 +207,7 @@ class Spot:
 def spot_of(
     kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "", *, in_bytes: bool = False
 ) -> Spot:
-    """Return the place of the path `rest` in a tag, in list or bytes `ident` from the variable `base` on."""
+    """Return the place of path `rest` in a tag, in list or bytes `ident` starting at `base`."""
     if in_bytes:
         bits = byte_parts(kind)[rest.upper()]
         size = size_of(kind) * 8 // _UNITS.get(bits.view, 8)

@@ -1,4 +1,4 @@
-"""Stubs: replacements of instructions, the results of messages, and partners of consumed tags.
+"""Stubs: replacements for instructions, results of messages, and partners of consumed tags.
 
 | text | effect |
 |---|---|
@@ -13,7 +13,7 @@ STUB Order : error 16#00CB after 1000 ms        // the message of this tag
 STUB ALMD : false                               // every ALMD
 
 A rack file may also have the reply of a message and the data of a consumed tag: a constant, a table over
-time, or a tag of another rack. Each is a `DataSource`. It depends on time only, so any scan can run again.
+time, or a tag of another rack. Each is a `DataSource`. It depends only on time, so any scan can be repeated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ALL_MESSAGES = "MSG"
 """Name of the default stub of messages."""
 
 NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR", "BRK"})
-"""Instructions that decide what runs next, so that no stub can replace them."""
+"""Instructions that decide what runs next, so no stub can replace them."""
 
 _TEXT = re.compile(
     rf"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{{1,4}})|(?P<code>\d{{1,5}})))\s+after\s+(?P<time>{TIME})",
@@ -103,7 +103,7 @@ NEVER = 1 << 62
 """Time of an instruction that does not end, ns."""
 
 RPI_NS = 20_000_000
-"""Interval of a consumed tag without one, ns."""
+"""Default interval of a consumed tag, ns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Remote:
 
 @dataclass(frozen=True, slots=True)
 class Power:
-    """An instruction without effect; `after` is the power after it on a true rung."""
+    """A stub that makes an instruction do nothing; `after` is the power after it on a true rung."""
 
     after: bool
 
@@ -129,8 +129,8 @@ class InPython:
     """A Python function that replaces an instruction.
 
     It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, the rung condition, and
-    the operands as numbers, characters or `Argument`. A result other than None is the rung condition after
-    it.
+    the operands as numbers, characters or `Argument`. A result other than None becomes the rung condition
+    after it.
     """
 
     address: str  # `path:function`
@@ -145,7 +145,7 @@ Stub = Ending | Power | InPython | Partner
 
 @dataclass(frozen=True, slots=True)
 class Stubs:
-    """The stubs of a rack file for its program."""
+    """The stubs in a rack file for its program."""
 
     by_name: Mapping[str, Stub] = field(default_factory=dict)  # by instruction or message tag, in capitals
     missing_tags: bool = False  # whether undeclared tags are declared by their use
@@ -181,19 +181,19 @@ def parse_stub(text: str) -> Ending | Power:
 
 
 def check_stubbed(name: str) -> None:
-    """Raise a LadderError for an instruction, in capitals, that no stub can replace."""
+    """Raise a LadderError if no stub can replace an instruction, named in capitals."""
     if name in NEVER_STUBBED:
         raise LadderError(f"{name} decides what runs next, so no stub can replace it")
 
 
 def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
-    """Return the result of a message from stubs by name in capitals, None without one."""
+    """Return the result of a message from stubs by name in capitals; None if it has no stub."""
     stub = stubs.get(path.upper()) or stubs.get(ALL_MESSAGES)
     return stub if isinstance(stub, Ending) else None
 
 
 def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
-    """Return the stub that replaces an instruction, in capitals; None without one."""
+    """Return the stub that replaces an instruction, named in capitals; None if none does."""
     stub = stubs.get(name)
     is_message = name == ALL_MESSAGES and isinstance(stub, Ending)
     return None if is_message or isinstance(stub, Partner) else stub

@@ -1,4 +1,4 @@
-"""Python operators on tags and expressions."""
+"""Python operators for tags and expressions."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _relation(sign: str) -> Callable[[Expression, object], Instruction]:
 
 
 class Expression:
-    """An operand with Python's operators."""
+    """An operand that supports Python's operators."""
 
     __slots__ = ("operand",)
 
@@ -101,7 +101,7 @@ class TagRef(Expression):
         return self._with(SubscriptStep(tuple(map(operand_of, indices))))
 
     def bit(self, index: object) -> TagRef:
-        """Return a bit of an integer; the number may be a tag."""
+        """Return a bit of an integer; the bit number may be a tag."""
         return self._with(BitStep(operand_of(index)))
 
     def __invert__(self) -> Instruction:

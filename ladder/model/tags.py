@@ -1,8 +1,8 @@
-"""Declarations of tags, and the layout of a program's memory that follows from them.
+"""Declarations of tags, and the resulting layout of a program's memory.
 
-Every elementary value is one leaf, or an element of a leaf if it is in arrays: `Recipe.Step.Time` of an array
-of structures is one list of all times. A leaf has a Python identifier in the compiled program. The images of
-a slot are also leaves, created when an address names them.
+Every elementary value is one leaf, or an element of a leaf if it is in arrays. For example,
+`Recipe.Step.Time` of an array of structures is one list of all times. A leaf has a Python identifier in the
+compiled program. The images of a slot are also leaves, created when an address names them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Struct
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A tag with its own memory; its name is case-insensitive."""
+    """A tag with its own memory; tag names are case-insensitive."""
 
     name: str
     type: DataType
@@ -40,7 +40,7 @@ class Tag:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """A second name of an address."""
+    """A second name for an address."""
 
     name: str
     target: Address
@@ -62,7 +62,7 @@ Declaration = Tag | Alias | SlotAlias
 
 @record
 class Leaf:
-    """An elementary value, or all values of one path in arrays."""
+    """An elementary value, or all values with the same path in arrays."""
 
     path: str  # tag and members, without subscripts
     type: Elementary
@@ -81,22 +81,22 @@ class Leaf:
 
     @property
     def inner(self) -> int:
-        """Number of elements per element of its root."""
+        """Number of the leaf's elements in each element of its root."""
         return count_of(self.dims[self.outer :])
 
     @property
     def rest(self) -> str:
-        """Its path after the root, with a dot."""
+        """The leaf's path after its root, with a dot."""
         return f".{self.path}" if self.root == OWN else self.path[len(self.root) :]
 
     @property
     def is_image(self) -> bool:
-        """Whether it is a slot's image: words in the rack's memory."""
+        """Whether it is a slot's image, which is words in the rack's memory."""
         return self.slot is not None and bool(self.dims)
 
     @property
     def is_input(self) -> bool:
-        """Whether a module sets it: an input image, or the fault of a connection."""
+        """Whether a module sets it, as for an input image or a connection's fault."""
         return self.slot is not None and not self.output
 
 
@@ -108,16 +108,16 @@ STATUS_FLAGS = {
     "S:C": "carry",
     "S:MINOR": "a minor fault has been recorded",
 }
-"""Status bits of every program, with their meaning."""
+"""Status bits that every program has, with their meanings."""
 
 TRUTHS = {"TRUE": 1, "FALSE": 0}
-"""Constants by name, unless a tag has the name."""
+"""Constants by name; a tag of the same name takes precedence."""
 
 Presets = Mapping[tuple[str, int], int | float]
-"""Initial values in rungs, by leaf path and flat index."""
+"""Initial values given in rungs, by leaf path and flat index."""
 
 OVERRIDE = "~mcr"
-"""Leaf of the MCR zone's state."""
+"""Leaf with the state of the MCR zone."""
 
 IGNORES_ARRAY_FAULTS = "~GSV.CONTROLLER..IGNOREARRAYFAULTSDURINGPOSTSCAN"
 """Leaf, in capitals, of the attribute that ignores array faults in postscan."""
@@ -127,14 +127,14 @@ HELD = "~held"
 
 
 OWN = "~"
-"""Root of the members of an instance, in the routines of its add-on instruction."""
+"""Root of an instance's members in the routines of its add-on instruction."""
 
 OPEN = 1 << 31
 """Length of an InOut that is an array of any length."""
 
 
 def scoped(program: str, name: str) -> str:
-    r"""Return the full name of a program's tag or routine; without a program the name itself.
+    r"""Return the full name of a program's tag or routine; without a program, the name itself.
 
     >>> print(scoped("Main", "Run"), scoped("", "Run"))
     \Main.Run Run
@@ -143,7 +143,7 @@ def scoped(program: str, name: str) -> str:
 
 
 def program_of(name: str) -> str:
-    r"""Return the program in a full name, "" for the controller.
+    r"""Return the program in a full name; "" for the controller.
 
     >>> program_of(r"\Main.Run"), program_of("Run")
     ('Main', '')
@@ -163,7 +163,7 @@ def tag_in(path: str) -> str:
 
 
 class SparseTag(NamedTuple):
-    """A structure tag with few values that the program uses."""
+    """A structure tag of which the program uses few values."""
 
     ident: str  # variable of the bytes with all other values
     variables: Mapping[str, Leaf]  # the values in use, by path in capitals
@@ -235,7 +235,7 @@ class Layout:
                     self._row_leaf(tag, f"{name}.{member_path}" if member_path else name, row)
 
     def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
-        """Return the leaf `name`, a path in capitals, of a row of a tag's type; create it if necessary."""
+        """Return the leaf `name` (a path in capitals) for a row of a tag's type; create it if necessary."""
         leaf = self._leaves.get(name)
         if leaf is not None:
             return leaf
@@ -250,7 +250,7 @@ class Layout:
         return leaf
 
     def _request(self, name: str) -> Leaf | None:
-        """Create and return a leaf by path in capitals; None if no tag with missing leaves has it."""
+        """Create and return a leaf by path in capitals; None if no tag has such a leaf left to create."""
         head = tag_in(name)
         tag = self._folded.get(head)
         row = None if tag is None else _rows(tag.type).get(name[len(head) + 1 :])
@@ -263,7 +263,7 @@ class Layout:
         return self._row_leaf(tag, name, row)
 
     def request_below(self, path: str) -> None:
-        """Create all leaves of a part of a tag."""
+        """Create all leaves in a part of a tag."""
         name = path.upper()
         head = tag_in(name)
         tag = self._folded.get(head)
@@ -274,7 +274,7 @@ class Layout:
                     self._request(f"{head}.{member_path}")
 
     def leaves_ending_in(self, member: str) -> list[Leaf]:
-        """Return the leaves whose path ends in a member, in the order of tags."""
+        """Return the leaves whose paths end in a member, in the order of their tags."""
         end = f".{member.upper()}"
         return [
             self.leaf(f"{name}.{member_path}")
@@ -285,7 +285,7 @@ class Layout:
 
     @property
     def unused(self) -> Iterator[Tag]:
-        """The tags without a requested leaf."""
+        """The tags that have no requested leaf."""
         return (tag for name, tag in self._folded.items() if name not in self._separate)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
@@ -310,16 +310,16 @@ class Layout:
         )
 
     def declare(self, tag: Tag) -> None:
-        """Add a tag after all others."""
+        """Add a tag, laid out after all others."""
         self.declarations[tag.name.upper()] = self._folded[tag.name.upper()] = tag
         self._ordered = False
 
     def hidden(self, path: str, kind: Elementary) -> Leaf:
-        """Add and return a leaf without an address."""
+        """Add and return a hidden leaf, which has no address."""
         return self._add(path, kind, ())
 
     def leaf(self, path: str) -> Leaf:
-        """Return a leaf by path, in any case."""
+        """Return a leaf by its path in any case."""
         leaf = self.find(path)
         if leaf is None:
             raise KeyError(path)
@@ -368,7 +368,7 @@ class Layout:
             self._spots.clear()
 
     def make_bytes(self, names: Iterable[str]) -> None:
-        """Lay out tags, in capitals, as bytes."""
+        """Lay out tags, named in capitals, as bytes."""
         for name in names:
             self.in_bytes.add(name)
             if name not in self.boxed:
@@ -376,9 +376,9 @@ class Layout:
         self._spots.clear()
 
     def fold_rest(self, name: str) -> None:
-        """Lay out a tag, in capitals, as bytes; leaves that were requested stay variables.
+        """Lay out a tag, named in capitals, as bytes; leaves that were requested remain variables.
 
-        A large structure with few used members then needs few variables.
+        A large structure with few members in use then needs few variables.
         """
         tag, separate = self._folded[name], self._separate[name]
         if len(separate) < len(_rows(tag.type)):
@@ -394,7 +394,7 @@ class Layout:
         return [self._folded[name] for name in self._separate if name not in self.boxed]
 
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return the place of a leaf in a list or in bytes, None if it has its own variable."""
+        """Return the place of a leaf in a list or in bytes; None if it has its own variable."""
         if not self.boxed and not self.rests:
             return None
         name = leaf.path.upper()
@@ -416,7 +416,7 @@ class Layout:
         return spot
 
     def rest_spot(self, leaf: Leaf) -> Spot:
-        """Return the place of a leaf in the bytes of a sparse tag; also of a leaf that is a variable."""
+        """Return the place of a leaf in the bytes of a sparse tag, even if the leaf is a variable."""
         head = tag_in(leaf.path)
         tag = self.declarations[head.upper()]
         assert isinstance(tag, Tag)
@@ -439,7 +439,7 @@ class Layout:
 
     @property
     def size(self) -> tuple[int, int, int]:
-        """Numbers of lists, sparse tags and leaves: if they have grown, an older memory lacks some."""
+        """Number of lists, sparse tags and leaves; if any has grown, an older memory lacks some of them."""
         return len(self.boxed), len(self.rests), len(self._leaves)
 
     @property
@@ -462,7 +462,7 @@ class Layout:
 
     @property
     def lists(self) -> Iterator[tuple[str, list[Any]]]:
-        """The lists of tags with their initial values, by identifier."""
+        """The lists of tags, by identifier, with their initial values."""
         for name, ident in self.boxed.items():
             tag = self.declarations.get(name)
             if name in self.in_bytes:
@@ -474,7 +474,7 @@ class Layout:
 
     @property
     def byte_tags(self) -> Iterator[tuple[str, DataType, int]]:
-        """The tags, and sparse tags, in bytes: identifier, type, number of elements."""
+        """Identifier, type and number of elements of each tag and sparse tag in bytes."""
         named = [(name, ident) for name, ident in self.boxed.items() if name in self.in_bytes]
         named += [(name, remainder.ident) for name, remainder in self.rests.items()]
         for name, ident in named:
@@ -562,7 +562,7 @@ class _Row(NamedTuple):
 
 @lru_cache(maxsize=1024)
 def _rows(kind: DataType) -> Mapping[str, _Row]:
-    """Return the leaves of a type by path in capitals."""
+    """Return the elementary values of a type by path in capitals."""
     return {
         path.upper(): _Row(path, path.replace(".", "_") if _ENDING.fullmatch(path) else "", leaf, dims)
         for path, leaf, dims in leaves_of(kind)
@@ -582,8 +582,8 @@ _ENDING = re.compile(r"[\w.]*[A-Za-z0-9]", re.ASCII)
 class FrameLayout(Layout):
     """The layout of an add-on instruction's routines, shared by all instances.
 
-    Members of the instance lie in the list `frame` from `base` on. An InOut is a list, an offset and the
-    number of elements from there to the end of its array; for a bit of an integer also a mask.
+    Members of the instance are in the list `frame`, starting at `base`. An InOut is a list, an offset and the
+    number of elements from there to the end of its array; a bit of an integer also has a mask.
 
     Attributes:
         own: type of an instance.
@@ -600,7 +600,7 @@ class FrameLayout(Layout):
         super().__init__((*(_declared(member) for member in own.members), *handed))
 
     def leaf(self, path: str) -> Leaf:
-        """Return a leaf by path, in any case; status flags and held subscripts are the program's."""
+        """Return a leaf by its path in any case; status flags and stored subscripts are the program's."""
         return self._program.leaf(path) if path.upper().startswith(("S:", HIDDEN)) else super().leaf(path)
 
     def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:

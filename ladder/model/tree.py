@@ -1,7 +1,7 @@
 """The tree that every front end builds and every back end runs.
 
-A program is tags plus routines; a routine is rungs, or statements of structured text (`statements`); a
-rung is a series; a series is instructions and branches; a branch is legs, each a series. Operands are
+A program is tags and routines. A routine is rungs, or statements of structured text (`statements`). A rung is
+a series, a series is instructions and branches, and each leg of a branch is a series. Operands are
 addresses, numbers, strings and, in CPT, CMP and subscripts, expressions. `str()`
 of any node is its rung text.
 """
@@ -22,7 +22,7 @@ from .quoting import quoted
 
 @record
 class Number:
-    """A number as written. Numbers are equal when their texts are, so that a NaN equals itself."""
+    """A number as written. Numbers are equal if their texts are, so a NaN equals itself."""
 
     value: int | float = field(compare=False)
     text: str
@@ -154,16 +154,16 @@ PRECEDENCE = (
     ("NEG", "NOT"),
     ("**",),
 )
-"""Operators from the loosest to the tightest [1756-RM003N p. 265 and 232]."""
+"""Operators from loosest to tightest [1756-RM003N p. 265 and 232]."""
 
 LEVEL = {operator: level for level, operators in enumerate(PRECEDENCE) for operator in operators}
 ATOM = len(PRECEDENCE)
 WORDS = ("MOD", "AND", "OR", "XOR")
-"""Operators that are words between spaces."""
+"""Operators that are words, and need spaces around them."""
 
 
 def _text_at(node: Operand, level: int) -> str:
-    """Return the text of a node, in parentheses if it binds looser than `level`."""
+    """Return the text of a node, in parentheses if it binds less tightly than `level`."""
     if not isinstance(node, Operation):
         negative = isinstance(node, Number) and node.text.startswith("-")
         return f"({node})" if negative and level > LEVEL["+"] else str(node)
@@ -187,7 +187,7 @@ def _operation_text(node: Operation, strength: int) -> str:
 
 
 def _ends_in_file(node: Operand) -> bool:
-    """Whether the text ends in a data file address, after which a `/` would select a bit."""
+    """Return whether the text ends in a data file address, after which `/` would select a bit."""
     if isinstance(node, Operation):
         return LEVEL.get(node.name, ATOM) != ATOM and _ends_in_file(node.operands[-1])
     return isinstance(node, Address) and (
@@ -238,7 +238,7 @@ class Origin:
 
 @record
 class Rung:
-    """A series with its comment; its origin is not part of its identity."""
+    """A series with its comment; the origin does not affect equality."""
 
     series: Series
     comment: str = ""
@@ -248,13 +248,13 @@ class Rung:
         return f"{series_text(self.series)};"
 
     def _repr_html_(self) -> str:
-        """Return its drawing for a notebook."""
+        """Return the rung's drawing for a notebook."""
         return hooks.rung_svg(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statement:
-    """A statement of structured text; `statements` has the kinds."""
+    """A statement of structured text; the kinds are in `statements`."""
 
     comment: str = ""
     line: int = field(default=0, compare=False)  # from 1; 0 without text. Not part of its identity
@@ -262,7 +262,7 @@ class Statement:
 
     @property
     def head(self) -> str:
-        """Its text on one line, without inner blocks."""
+        """The statement's text on one line, without inner blocks."""
         raise NotImplementedError
 
     def numbered(self) -> Iterator[NumberedLine]:
@@ -281,7 +281,7 @@ class Statement:
 Block = tuple[Statement, ...]
 
 NumberedLine = tuple[int, str]
-"""The number of a line in the original text, 0 if nothing runs there, and the printed line."""
+"""The line number in the original text (0 if nothing runs there), and the printed line."""
 
 
 def comment_lines(comment: str) -> Iterator[NumberedLine]:
@@ -300,16 +300,16 @@ def instructions_of(series: Series) -> Iterator[Instruction]:
 
 
 BRANCHES = 32
-"""Maximum depth of branches; Studio 5000 draws six."""
+"""Maximum nesting depth of branches; Studio 5000 draws six."""
 
 LEVELS = 100
-"""Maximum levels of an operand: one per operator or function, `SUBSCRIPT` per subscript."""
+"""Maximum number of levels in an operand: one per operator or function, `SUBSCRIPT` per subscript."""
 
 SUBSCRIPT = 3
 
 
 def too_deep(series: Series) -> str | None:
-    """Return the reason why a series is nested too deep, None if it is not.
+    """Return the reason why a series is nested too deeply; None if it is not.
 
     >>> too_deep((Instruction("CPT", (Address("A"), number(1))),)) is None
     True

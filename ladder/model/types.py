@@ -8,7 +8,7 @@
 | REAL | IEEE 754 single precision, rounded at every store | 32 |
 | LREAL | IEEE 754 double precision | 64 |
 
-Structures have members of any type. The byte layout matters to COP and CPS only
+Structures have members of any type. The byte layout matters only to COP and CPS
 [1756-RM003N p. 371: a straight byte-to-byte copy].
 """
 
@@ -27,12 +27,12 @@ from scanrack.io_images.records import record
 from .errors import LadderError
 
 MAX_DIMENSIONS = 3
-"""Maximum dimensions of an array."""
+"""Maximum number of dimensions of an array."""
 
 
 @dataclass(frozen=True)
 class Elementary:
-    """A type of one value; `code` is its letter in the `struct` module."""
+    """The type of a single value; `code` is its letter in the `struct` module."""
 
     name: str
     bits: int
@@ -65,7 +65,7 @@ class Elementary:
 
     @cached_property
     def wraps(self) -> int:
-        """Its bits for `arithmetic.wrap`, negative if unsigned."""
+        """The number of bits for `arithmetic.wrap`; negative if unsigned."""
         return self.bits if self.is_signed else -self.bits
 
     @cached_property
@@ -120,7 +120,7 @@ class Structure:
 
     @cached_property
     def is_string(self) -> bool:
-        """Whether it is a STRING of any length: LEN and characters."""
+        """Whether it is a string of any length, with LEN and characters."""
         if len(self.members) != 2:
             return False
         length, data = self.members
@@ -129,11 +129,11 @@ class Structure:
         )
 
     def __hash__(self) -> int:
-        """Hash the name alone: types are frequent keys, equal names are rare."""
+        """Hash only the name, because types are often keys and equal names are rare."""
         return hash(self.name)
 
     def __post_init__(self) -> None:
-        """Raise a LadderError if `at` of a member is not a member with its own memory."""
+        """Raise a LadderError if a member's `at` does not name a member with its own memory."""
         for member in self.members:
             host = self.member(re.split(r"[.\[]", member.at)[0]) if member.at else member
             if host is None or (member.at and host.at):
@@ -153,7 +153,7 @@ class Structure:
         return {name: (place["host"], int(place["bit"])) for name, place in places if place}
 
     def member(self, name: str) -> Member | None:
-        """Return a member by name, in any case; None without one."""
+        """Return a member by its name in any case; None if there is none."""
         return self._by_name.get(name.upper())
 
     @cached_property
@@ -167,7 +167,7 @@ _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 
 
 def members_of(text: str) -> tuple[Member, ...]:
-    """Return the members in a text: a type, then names with optional length and initial value.
+    """Return the members in a text, which has types, each before names with optional length and value.
 
     >>> [(member.name, member.dims, member.initial) for member in members_of("DINT PRE=500 SINT DATA[82]")]
     [('PRE', (), 500), ('DATA', (82,), None)]
@@ -196,7 +196,7 @@ def _initial(kind: DataType, value: str) -> object:
 
 
 MAX_REAL, MIN_REAL = 3.4028234663852886e38, 1.1754943508222875e-38
-"""The largest REAL, and the smallest positive one of full precision."""
+"""The largest REAL, and the smallest positive REAL with full precision."""
 
 _VALUES: Mapping[str, object] = {"max": MAX_REAL, "-max": -MAX_REAL, "min": MIN_REAL}
 
@@ -215,7 +215,7 @@ HIDDEN = "~"
 
 
 def status_bits(names: str) -> tuple[Member, ...]:
-    """Return BOOLs in the first DINT, from bit 31 down."""
+    """Return BOOLs in the first DINT, starting at bit 31 and going down."""
     return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names.split()))
 
 
@@ -287,7 +287,7 @@ PID = Structure(
     ),
     hidden=members_of("LREAL sum last error BOOL crossed"),
 )
-"""Structure of PID; `sum` is the integral term, `last` and `error` are those of the previous update."""
+"""Structure of PID; `sum` is the integral term, `last` and `error` are from the previous update."""
 
 
 def for_each(text: str, *names: object) -> str:
@@ -355,7 +355,7 @@ def size_of(kind: DataType) -> int:
 
 @lru_cache(maxsize=1024)
 def fields_of(kind: DataType) -> tuple[Field, ...]:
-    """Return the places of the elementary values in one element of a type."""
+    """Return the location of each elementary value in one element of a type."""
     if isinstance(kind, Elementary):
         return (Field("", kind, 0, 0 if kind.is_bool else None),)
     return tuple(_fields_in(kind))
@@ -464,7 +464,7 @@ def count_of(dims: tuple[int, ...]) -> int:
 def leaves_of(
     kind: DataType, dims: tuple[int, ...] = ()
 ) -> Iterator[tuple[str, Elementary, tuple[int, ...]]]:
-    """Yield path, type and dimensions of every elementary value of a type, hidden ones last."""
+    """Yield the path, type and dimensions of each elementary value of a type, hidden ones last."""
     if isinstance(kind, Elementary):
         yield "", kind, dims
         return

@@ -1,4 +1,4 @@
-"""Decides a claim; the answer has the verdict and a description of the scans that break the claim.
+"""Decisions on claims; an answer has the verdict and describes the scans that break the claim.
 
 >>> from scanrack.ladder import BOOL, OTE, XIC, Program
 >>> motor = Program("motor")
@@ -40,18 +40,18 @@ from .system.events import PROGRAM_MODE, assumed
 LIMITS = Limits()
 
 KEY_TEXT = "the key was turned to program and back to run"
-"""Scenario text for a scan that follows a change to program mode and back."""
+"""Scenario text for a scan that follows a change to program mode and back to run."""
 
 AGAIN_TEXT = "the run ended, and the next run began with its tags"
 """Scenario text for the first scan of a run with retained tags."""
 
 REACHED = "reached"
-"""The verdict on a claim `reachable` that some run makes true."""
+"""The verdict on a `reachable` claim that some run makes true."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioStep:
-    """A scan of a scenario; for `turned` and `again`, see `ScanOf`."""
+    """A scan in a scenario; for `turned` and `again`, see `ScanOf`."""
 
     ms: float  # time since the previous scan
     changes: tuple[tuple[str, Any], ...]  # inputs that change before it: tag and value
@@ -70,15 +70,15 @@ class ScenarioStep:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer about a claim; as a truth, whether the claim is proved or reached.
+    """The answer to a claim, which is true if the claim is proved or reached.
 
     Attributes:
         claim: the claim.
         verdict: the verdict on the claim's condition, see `induction`; for `reachable`, refuted means
             reached.
         scans: the run that breaks or reaches the claim, confirmed on the compiled program, see `smallest`.
-        steps: these scans with tag names in place of keys.
-        end: the reasons why the run ends: a major fault, or a condition that can't be computed.
+        steps: the same scans with tag names in place of keys.
+        end: reasons why the run ends, such as a major fault or a condition that can't be computed.
         held: numbers that nothing writes, with the values that the proof assumes.
         assumed: the other assumptions, one sentence each.
         deciding: number of values that decide the claim.
@@ -101,7 +101,7 @@ class Answer:
 
     @property
     def word(self) -> str:
-        """The verdict as a word: proved, refuted or unknown; for `reachable`, reached, refuted or unknown."""
+        """The verdict as a word: proved (for `reachable`, reached), refuted or unknown."""
         kind = self.verdict.kind
         if self.claim.kind is not ClaimKind.REACHABLE or kind is VerdictKind.UNKNOWN:
             return kind
@@ -120,7 +120,7 @@ class Answer:
 def answer(
     problem: ProgramSystem, program: MonitoredProgram, watched: WatchedClaim, limits: Limits = LIMITS
 ) -> Answer:
-    """Decide a claim of a program."""
+    """Decide a claim about a program."""
     with _assuming(problem, watched.assume):
         bad = problem.after(watched.bit)
         cone = problem.cone([bad, problem.narrowed([bad])])
@@ -206,7 +206,7 @@ def ask(
 
 @contextmanager
 def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
-    """Assume in the body of a `with` that bits are true after each scan."""
+    """In the body of a `with`, assume that bits are true after each scan."""
     saved = problem.contract, problem.assume
     try:
         for bit in bits:

@@ -1,9 +1,9 @@
-"""The certificate of a proof: the relation of one scan as SMT-LIB text, and its induction.
+"""The certificate of a proof, which has the relation of one scan as SMT-LIB text, and the induction.
 
 `proof.smt2` declares the values before a scan, and defines terms of these values. `proof.json` lists the
 roles of the terms: the next value and the initial value of each state, the assumption of each scan, the
-condition that is never true, and the invariants. With the two files, a checker needs no code of the prover:
-it writes consecutive scans as SMT-LIB and runs another solver.
+condition that is never true, and the invariants. With the two files, a checker does not need the prover's
+code. It writes consecutive scans as SMT-LIB and runs another solver.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class Certificate:
         next: the next value of each state that decides `bad`, by name.
         initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
-        late: names of free variables that have their initial value in the first scan.
-        contract: the condition that is assumed in each scan.
+        late: names of free variables that keep their initial value in the first scan.
+        contract: the condition assumed in each scan.
         bad: the condition that is never true.
-        k: number of scans of the induction.
+        k: number of scans in the induction.
         invariants: conditions that are true in the state after each scan.
     """
 

@@ -1,4 +1,4 @@
-"""Contracts of modules as terms: conditions that the inputs of a slot always satisfy.
+"""Module contracts as terms: conditions that the inputs of a slot always satisfy.
 
 A MicroLogix exchanges images in each scan:
 
@@ -14,8 +14,8 @@ first scan after an exchange. Outputs wait for an exchange and are in force unti
     inputs        was         now     (now)
     outputs       left ->| waits: sent from here to the next exchange
 
-In the first scan, `was` is an impossible image: the axis moves both ways, and Module OK is clear. Therefore
-a contract between two images does not constrain this scan.
+In the first scan, `was` is an impossible image: the axis moves both ways, and Module OK is clear. Therefore a
+contract between two images does not constrain the first scan.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class KeptBy:
     at_rpi: bool = False
 
     def __call__(self, program: ProgramSystem) -> T:
-        """Return the condition as a term of one scan."""
+        """Return the condition as a term over one scan."""
         images = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot)
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
         return images.in_scan(all_of(contract.fact.read(images) for contract in self.contracts))
@@ -105,7 +105,7 @@ class _Terms(Reading[T]):
         return not_(truth)
 
     def _bit(self, side: Side, word: int, number: int) -> T:
-        """Return a bit. A bit of the previous scan is a state of its own, so that invariants can use it."""
+        """Return a bit. A bit from the previous scan is a separate state, so invariants can use it."""
         path, value = self.word(side, word)
         bit_now = bit(value, number)
         if side is not Side.WAS:
@@ -118,7 +118,7 @@ class _Terms(Reading[T]):
         return path, self._program.now((path, word))
 
     def in_scan(self, keeps_contracts: T) -> T:
-        """Return the condition of a scan, given the condition that its exchange keeps the contracts."""
+        """Return the condition for a scan, given the condition that its exchange keeps the contracts."""
         return keeps_contracts
 
 

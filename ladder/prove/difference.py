@@ -1,15 +1,15 @@
-"""Finds the values that an edit can change: compares two programs with the same inputs, value by value.
+"""The values that an edit can change, found by comparing two programs with the same inputs.
 
 | answer | meaning |
 |---|---|
 | equal | equal in every run: not listed |
 | now | after equal states and inputs, one scan may leave different values |
-| later | different only after a scan in which another value differed |
+| later | different only after another value has differed in an earlier scan |
 
-The comparison covers all values that both programs have and that at least one of them writes. Values of only
-one program are listed. A value that can differ comes with a run that both compiled programs confirm, unless
-the search finds no run within its limits. Runs are compared up to the first major fault. A fault in only one
-program is also a difference.
+The comparison covers all values that both programs have and that at least one of them writes. Values that
+only one program has are listed. A value that can differ comes with a run that both compiled programs confirm,
+unless the search finds no run within its limits. Runs are compared up to the first major fault. A fault in
+only one program is also a difference.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
 IsOutput = Callable[[Key], bool]
 
 BUDGET = 20_000_000
-"""Limit of the work for all values together, see `Solver`."""
+"""Work limit for all values together; see `Solver`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,8 @@ class ChangedValue:
     """A value that can differ.
 
     Attributes:
-        key: its place; `FAULT` if the difference is a major fault that stops only one of the programs.
+        key: the value's place; `FAULT` if the difference is a major fault that stops only one of the
+        programs.
         now: whether one scan after equal states can make the difference.
         scans: a run after which it differs, confirmed on both programs; empty if no run was found.
         inputs: the inputs of a scan on which the difference depends.
@@ -67,7 +68,7 @@ class ChangedValue:
 
     @property
     def name(self) -> str:
-        """The path, with the index of an array's element."""
+        """The path, with the index of an array element."""
         return shown(name_of(self.key))
 
 
@@ -81,7 +82,7 @@ class Difference:
         removed: values that only the old program writes.
         added: values that only the new program writes.
         uncompared: paths of arrays that an instruction without a model writes beyond the limit of elements.
-        unfollowed: places where the relation does not follow the programs; all values may differ after them.
+        unfollowed: places where the relation does not follow the programs; after them, any value may differ.
         compared: number of values that are compared.
         held: numbers and bits that nothing writes; they are assumed to keep their values.
     """
@@ -111,7 +112,7 @@ def compare(
         is_output: returns whether a value that either program writes is compared.
 
     Raises:
-        LadderError: a program has something that proofs don't support; the message names it.
+        LadderError: a program uses something that proofs don't support; the message names it.
     """
     system_of = partial(
         ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happens=RUN_ONLY
@@ -132,7 +133,7 @@ def compared(
     budget: int = BUDGET,
     is_output: IsOutput = lambda _key: True,
 ) -> Difference:
-    """Compare two systems that only scan; the second one shares the terms of the first."""
+    """Compare two systems that only scan; the second one shares the first one's terms."""
     return _Comparison(old, new, limits, budget, is_output).difference()
 
 
@@ -142,8 +143,8 @@ class _Comparison:
 
     Attributes:
         budget_left: the work that the comparison may still do, see `Solver`.
-        replacements: terms that replace variables of the new program that it does not share with the old one.
-        unlike: the replacements of values of the program.
+        replacements: terms that replace the new program's variables that the old one does not share.
+        unlike: the replacements for values of the program.
         unshared: names of unknown values that are not shared, see `SharedUnknowns.match`.
     """
 
@@ -244,7 +245,7 @@ class _Comparison:
     # --- variables that are not shared
 
     def _keep_apart(self, common: Sequence[Key]) -> None:
-        """Keep variables apart if their type, role or initial value differs between the programs."""
+        """Don't share variables whose type, role or initial value differs between the programs."""
         old, new = self.old, self.new
         for name, key in new.key_of.items():
             if name not in old.key_of:
@@ -264,7 +265,7 @@ class _Comparison:
             self._match()
 
     def _match(self) -> None:
-        """Choose the variables of the unknown values: shared with the old program, or new."""
+        """Choose the variables for unknown values, either shared with the old program or new."""
         self.replacements = dict(self.unlike)
         self.memo.clear()
         self.unknowns.match(self.replacements, self._in_new, self.unshared)
@@ -285,7 +286,7 @@ class _Comparison:
         return TRUE if old.kind != new.kind else not_(same(old, new))
 
     def _differing_now(self, common: Sequence[Key]) -> set[Key]:
-        """Return the values that one scan can make different when it begins with equal states."""
+        """Return the values that can differ after one scan that begins with equal states."""
         solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
         for _, fact in self.unknowns.facts:
@@ -302,7 +303,7 @@ class _Comparison:
         return keys
 
     def _ever_differing(self, common: Sequence[Key], first: set[Key]) -> set[Key]:
-        """Return the given values and all that depend on them, after any number of scans."""
+        """Return the given values and all values that depend on them after any number of scans."""
         pairs = {key: self._pair(key) for key in common}
         dirty, apart = set(first), {variable.val for variable in self.unlike.values()}
         while True:
@@ -331,7 +332,7 @@ class _Comparison:
             depending |= added
 
     def _deciding_held_numbers(self, system: System, common: Iterable[Key]) -> list[HeldNumber]:
-        """Return the held values that decide whether some values differ."""
+        """Return the held values that decide whether the given values differ."""
         differing = {key: self._differ(key) for key in common}
         differing_keys = [key for key, differ in differing.items() if differ is not FALSE]
         cone = system.cone(differing.values())
@@ -374,7 +375,7 @@ class _Comparison:
         return system
 
     def _changed(self, system: System, key: Key, *, now: bool, surely: bool) -> ChangedValue | None:
-        """Return how a value differs; None if it is proved to be equal in every run.
+        """Return how a value differs; None if it is proved equal in every run.
 
         Args:
             surely: whether the relation is known to follow both programs.
@@ -404,12 +405,12 @@ class _Comparison:
 
 
 class _Base:
-    """Searches runs from power-up with one solver for all values, which translates each scan only once.
+    """A search for runs from power-up; one solver for all values translates each scan only once.
 
     Args:
         system: both programs.
         limits: limits of each question.
-        roots: all conditions for which runs are searched.
+        roots: all conditions that runs may be searched for.
     """
 
     def __init__(self, system: System, limits: Limits, roots: Sequence[T]) -> None:
@@ -419,11 +420,11 @@ class _Base:
 
     @property
     def work(self) -> int:
-        """Work of the questions so far, see `Solver`."""
+        """Work done by the questions so far; see `Solver`."""
         return self._solver.work
 
     def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
-        """Return a run whose last scan makes a condition true; () if the fuse blows, None if no run does."""
+        """Return a run whose last scan makes a condition true; () on a blown fuse, None if none does."""
         for number in range(self._limits.scans):
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))

@@ -1,4 +1,4 @@
-"""Runs two compiled programs with equal inputs, random or from a scenario, and compares their values."""
+"""Runs of two compiled programs with equal inputs, random or from a scenario, to compare values."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _clipped(value: Any, low: Any, high: Any) -> Any:
 
 
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
-    """Run both compiled programs; return whether a value differs at the end and neither stopped before."""
+    """Run both compiled programs; return whether neither stopped early and a value differs at the end."""
     runs = StoppingRun(old), StoppingRun(new)
     if any(_scan_both(runs, scan) for scan in scans[:-1]):
         return False

@@ -1,12 +1,12 @@
-"""Decides properties: proves a property for every run, finds a run that breaks it, or meets a limit.
+"""Decides properties: it proves one for every run, finds a run that breaks it, or reaches a limit.
 
 Two questions alternate. Base: can scan k + 1 after power-up break the property? Step: does the property
 follow from k scans that satisfy it, from any state? Invariants strengthen the step.
 
 The compiled program replays each run that the solver finds, and its memory decides. An instruction without a
-model may compute another value than the solver chose, or not fault as the solver chose. The solver then
-learns the actual value and tries again. A run ends with the scan of a major fault; claims are about the state
-after it.
+model may compute a different value than the solver chose, or fail to fault when the solver chose a fault. The
+solver then learns the actual value and tries again. A run ends with the scan of a major fault; claims are
+about the state after it.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ MOST_TRIES = 10
 """Maximum number of replays for one property."""
 
 HELPED_FROM = 3
-"""Number of scans after which invariants are searched; early counterexamples need no invariants."""
+"""Number of scans after which the search for invariants begins; early counterexamples need none."""
 
 WORK = 10_000_000
-"""Default limit of the work for a property."""
+"""Default work limit for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Number of scans that the search always tries, and the work up to which it tries longer runs."""
+"""Number of scans that the search always tries, and the work limit for trying longer runs."""
 
 FUSES = 10
-"""The fuse of a property, as a multiple of the fuse of a question."""
+"""The fuse for a property, as a multiple of the fuse for one question."""
 
 STRETCHED_FROM = 5
 """Number of scans after which the search tries a run with longer scans."""
@@ -62,10 +62,10 @@ class Limits:
     """Limits of a proof. Unless a fuse blows, the verdict is the same on every machine and solver version.
 
     Attributes:
-        scans: length of the longest run of the search.
-        k: maximum scans of an induction.
-        work: terms of the questions of one property; see `Solver`.
-        fuse: the solver's steps for one question; ten times as many for one property.
+        scans: length of the longest run that the search tries.
+        k: maximum number of scans in an induction.
+        work: number of terms in the questions for one property; see `Solver`.
+        fuse: the solver's steps for one question; a property gets ten times as many.
         helped: whether the proof may use invariants.
         replays: whether the compiled program replays the runs that the solver finds.
     """
@@ -78,7 +78,7 @@ class Limits:
     replays: bool = True
 
     def times(self, factor: int) -> Limits:
-        """Return limits with the work and the fuse multiplied."""
+        """Return the limits with work and fuse multiplied by a factor."""
         return replace(self, work=self.work * factor, fuse=self.fuse * factor)
 
 
@@ -88,13 +88,13 @@ class Verdict:
 
     Attributes:
         kind: proved, refuted or unknown.
-        k: scans of the induction, or the scan that breaks the property, from 1.
+        k: number of scans in the induction, or the number, from 1, of the scan that breaks the property.
         scans: the run that breaks the property, confirmed on the compiled program.
         invariants: the invariants that the proof used.
         held: numbers and bits that nothing writes; the proof assumes that they keep their values.
         blame: the instructions or limits that prevented an answer, if unknown.
-        work: terms of the questions.
-        steps: the solver's steps.
+        work: number of terms in the questions.
+        steps: number of the solver's steps.
         certificates: of the property, and of "the relation follows the program" if that needs a proof.
     """
 
@@ -116,10 +116,10 @@ def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Si
     """Decide whether a condition is false after every scan.
 
     Args:
-        problem: a program, or a system without a program; then nothing is replayed.
+        problem: a program, or a system without a program, for which nothing is replayed.
         bad: a term of the values before a scan, or the place of a bit after it.
         limits: limits of the search.
-        fault: the site of the major fault whose condition `bad` is; None if `bad` is not about a fault.
+        fault: the site of the major fault that `bad` describes; None if `bad` is not about a fault.
     """
     return _Proof(problem, bad, limits, fault).verdict()
 
@@ -184,7 +184,7 @@ class _Proof:
         self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
 
     def _reason_to_stop(self, base: Solver, base_answer: str, scan: int) -> str:
-        """Return the limit that was met, or that no run satisfies the assumptions; "" to continue."""
+        """Return the limit reached, or say that no run satisfies the assumptions; "" to continue."""
         limits = self.limits
         assumptions = UNKNOWN
         if base_answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
@@ -250,7 +250,7 @@ class _Proof:
 
     @staticmethod
     def _prefer_plain_run(base: Solver, frames: Sequence[Frame], broken: Any) -> None:
-        """Prefer a model without prescan, then one whose prescans read the next inputs."""
+        """Prefer a model without prescans, then one whose prescans read the next scan's inputs."""
         prescans = [
             frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
         ]
@@ -264,7 +264,7 @@ class _Proof:
         return fault is not None and fault.site == self.fault and replayed.scans_done == scans - 1
 
     def _learn(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
-        """Return formulas with the values that a replay computed instead of the solver's choices."""
+        """Return formulas that replace the solver's choices with the values that a replay computed."""
         if replayed.fault is not None and not replayed.computed:
             self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
@@ -298,7 +298,7 @@ class _Proof:
     # --- scans that are longer than the rack's
 
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
-        """Search a run with longer scans; replay it with scans of the rack's length and unchanged inputs."""
+        """Search for a run with longer scans; replay it with normal scans and unchanged inputs."""
         system, key = self.system, self.key
         if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
@@ -342,7 +342,7 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
-    """Return conditions that prescan reads the inputs of the next scan, as in a scenario."""
+    """Return the conditions that prescan reads the next scan's inputs, as in a scenario."""
     conditions: list[Any] = []
     for previous, scan in pairwise(frames):
         for name, (variable, formula) in previous.chosen.items():
@@ -355,7 +355,7 @@ def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
 
 @dataclass(slots=True)
 class _Steps:
-    """The step of an induction: checks whether a property follows from k scans that satisfy it."""
+    """The step of an induction, which checks whether a property follows from k scans that satisfy it."""
 
     system: System
     bad: T
@@ -373,7 +373,7 @@ class _Steps:
 
     @property
     def work(self) -> int:
-        """Number of terms of the questions so far."""
+        """Number of terms in the questions so far."""
         return self._before[0] + self._solver.work
 
     @property
@@ -382,7 +382,7 @@ class _Steps:
         return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants, or reuse the invariants of a larger cone; restart the step with them."""
+        """Find invariants, or reuse those of a larger cone; restart the step with them."""
         cache, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
         cache_key = next((key for key in cache if key[0] is contract and key[1] >= names), (contract, names))
         if cache_key not in cache:

@@ -1,8 +1,8 @@
-"""Inductions of many conditions at once: each scan is translated once for all of them.
+"""Inductions of many conditions at once; each scan is translated only once for all of them.
 
-Base and step are the same as in `induction`. One question is about the disjunction of many conditions. If it
-is unsatisfiable, all of them are. Otherwise the conditions that are true in the model are dropped. Runs that
-the solver finds are not replayed here.
+Base and step are the same as in `induction`. Each question asks about the disjunction of many conditions. If
+it is unsatisfiable, so is every condition. Otherwise the conditions that are true in the model are dropped.
+Runs that the solver finds are not replayed here.
 
 The longest step comes first: a condition that does not follow from k scans does not follow from fewer. For
 each condition that follows, the smallest k is found.
@@ -31,8 +31,8 @@ class JointAnswers:
     Attributes:
         proved: each condition that is never true, with the k of its induction.
         broken: conditions that some run of the relation makes true.
-        gave_up: conditions whose fuse blew; an induction of a single condition may still succeed.
-        work: terms of the questions, see `Solver`.
+        gave_up: conditions whose fuse blew; an induction of one such condition alone may still succeed.
+        work: number of terms in the questions; see `Solver`.
     """
 
     proved: dict[T, int] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class JointAnswers:
 
 
 def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[T]]:
-    """Return the conditions that can be true, each by itself, under the solver's assertions.
+    """Return the conditions that can each be true under the solver's assertions.
 
     Args:
         formulas: the solver's term of each condition.
@@ -72,7 +72,7 @@ def _groups(truths: Sequence[T], size: int) -> Iterator[list[T]]:
 
 
 def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> JointAnswers:
-    """Decide which conditions are true in no scan; a condition in no set of the answers is undecided.
+    """Decide which conditions are never true; a condition in none of the result's sets is undecided.
 
     The caller ensures that the relation follows the program, see `induction`.
 
@@ -98,7 +98,7 @@ class _JointInduction:
         self._work = self._steps = 0
 
     def decide(self) -> None:
-        """Check the base up to the longest induction, then the step, then more scans of the base."""
+        """Check the base up to the longest induction, then the step, then the base for more scans."""
         base, run = Solver(self._limits.fuse), None
         last = self._limits.scans - 1
         for number in range(self._limits.scans):
@@ -121,11 +121,11 @@ class _JointInduction:
         return is_too_long or self._work + base.work > many * limits.work
 
     def _keeps_contract(self, base: Solver) -> bool:
-        """Return whether some run of the scans so far keeps the assumptions."""
+        """Return whether some run of the scans so far satisfies the assumptions."""
         return self._system.contract is TRUE or base.check() == SAT
 
     def _prove(self, most: int) -> None:
-        """Find the conditions whose falsehood follows from at most `most` scans in which they were false."""
+        """Find the conditions that must be false after at most `most` scans in which they were false."""
         proved, gave_up = self._follow(self._undecided, most, most)
         if most:
             least, _ = self._follow(

@@ -11,10 +11,10 @@ A line ends where its condition can't be computed, because a subscript is out of
 broken, and a `reachable` condition is not reached. Claims are also checked after the scan of a major fault,
 on the state that the fault left.
 
-A routine `NEVER` is also a monitor. No controller runs it, because no routine calls it. Each of its rungs is
-a claim that power never reaches the end of the rung. In structured text, each bit that a statement sets is a
-claim that the bit is never 1. The routine may have timers and one-shots. A rung that only prepares values for
-other rungs ends with `AFI()`.
+A routine named `NEVER` is also a monitor. Controllers don't run it, because no routine calls it. Each of its
+rungs is a claim that power never reaches the end of the rung. In structured text, each bit that a statement
+sets is a claim that the bit is never 1. The routine may have timers and one-shots. A rung that only prepares
+values for other rungs ends with `AFI()`.
 
     XIC(Valve)XIO(Open)TON(Late,2000,0)XIC(Late.DN)NOP();
 
@@ -54,7 +54,7 @@ from .relation.places import Key
 
 @dataclass(frozen=True, slots=True)
 class WatchedClaim:
-    """A claim, and the bit that is true after a scan that breaks or reaches it."""
+    """A claim, and a bit that is true after a scan that breaks or reaches the claim."""
 
     claim: Claim
     bit: Key
@@ -71,7 +71,7 @@ class MonitoredProgram:
 
     Attributes:
         program: a copy of the program; its engines run the monitors after each scan.
-        properties: its claims without the assumptions.
+        properties: its claims, except the assumptions.
         assume: bits of its assumptions; proofs consider only runs that set them in each scan.
         assumptions: the claims of these bits.
     """
@@ -99,7 +99,7 @@ class ClaimWatch:
 def monitored(
     program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()
 ) -> MonitoredProgram:
-    """Return a copy of a program with monitors: for its routines NEVER, its comments, and other claims.
+    """Return a copy of a program with monitors for NEVER routines, claims in comments, and other claims.
 
     Args:
         claims: other claims, which come first.
@@ -163,13 +163,13 @@ def why_broken(engine: Engine, bit: Key) -> str:
 
 
 def is_claims(routine: str) -> bool:
-    """Return whether a monitor, by its name in capitals, checks a claim, and is not a routine NEVER."""
+    """Return whether a monitor, named in capitals, checks claims rather than being a NEVER routine."""
     return is_monitors_own(_short(routine))
 
 
 @contextmanager
 def monitoring(machine: Any) -> Iterator[None]:
-    """Run monitors in the body of a `with`: not in a first scan, not in an MCR zone; restore status flags.
+    """Run monitors in a `with`, with first scan and MCR zone off; restore the status flags afterward.
 
     Args:
         machine: an interpreter, or the machine of terms.
@@ -184,7 +184,7 @@ def monitoring(machine: Any) -> Iterator[None]:
 
 
 def is_monitors_own(path: str) -> bool:
-    """Return whether a leaf, by its path in capitals, belongs to the monitors and not to the program.
+    """Return whether a leaf, by its path in capitals, belongs to the monitors rather than the program.
 
     >>> is_monitors_own("PROVE__3"), is_monitors_own("FWD")
     (True, False)
@@ -202,7 +202,7 @@ def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
 
 
 def never_routines(program: LadderLogic) -> list[Routine]:
-    """Return a program's routines NEVER; raise a LadderError if one can't be a monitor."""
+    """Return a program's NEVER routines; raise a LadderError if one can't be a monitor."""
     monitors = [candidate for candidate in program.routines if _short(candidate.name).upper() == NEVER]
     built = program.build()
     called = (
@@ -234,7 +234,7 @@ class _Maker:
     _lowering: Lowering = field(init=False)
 
     def lower(self, lowering: Lowering) -> None:
-        """Lower all monitors; lay out both images of each slot in use, so that contracts can name them."""
+        """Lower all monitors; lay out both images of each slot in use, so contracts can name them."""
         self._lowering, layout = lowering, lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
         for slot in self.slots:
@@ -361,7 +361,7 @@ class _Maker:
         return full
 
     def refusal(self, error: BuildError) -> LadderError:
-        """Return the error for a program that can't be built with its monitors; it names the claims."""
+        """Return the error, which names the claims, for a program that can't be built with its monitors."""
         lines = []
         for problem in error.problems:
             claim = self._claims.get(problem.site.routine.upper())
@@ -371,7 +371,7 @@ class _Maker:
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
-    """Replace each `old(...)` in a condition by what `latch` returns for its content."""
+    """Replace each `old(...)` in a condition with what `latch` returns for its content."""
     pieces, begin = [], 0
     for match in _OLD.finditer(text):
         if match.start() < begin:
@@ -385,19 +385,19 @@ def _with_latches(text: str, latch: Callable[[str], str]) -> str:
 
 
 _FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)
-"""A bit of a whole data file: `B3/17`."""
+"""A bit numbered within a whole data file, such as `B3/17`."""
 
 _OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
 
 
 def _claim_name(claim: Claim) -> str:
-    """Return how an error names a claim: its name, and its place if it is in the program."""
+    """Return what an error calls a claim: its name, and its location if it is in the program."""
     place = f"{claim.site.where}: " if claim.site.routine else ""
     return f"{place}property {claim.name!r}" if claim.name != claim.sentence else f"{place}prove"
 
 
 def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
-    """Return the claim of one rung of a routine NEVER."""
+    """Return the claim that one rung of a NEVER routine makes."""
     origin = rung.origin
     site = Site(program_of(routine.name), routine.name, index, file=origin.file, line=origin.line or None)
     lines = rung.comment.splitlines()

@@ -1,4 +1,4 @@
-"""Replays a solver's scenario on the compiled program; the program's memory decides the verdict."""
+"""Replay of a solver's scenario on the compiled program; the program's memory decides the verdict."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Values = Mapping[str, Any]
 """Values of variables in a scan, by name."""
 
 Broken = Callable[[Engine, "dict[str, Any]"], bool]
-"""Returns whether a scan broke the property, from the engine after it and the variables before it."""
+"""Returns whether a scan broke the property, given the engine after it and the variables before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class ScanOf:
         engine.step(self.ms)
 
     def write_inputs(self, engine: Engine) -> None:
-        """Write the inputs that change; skip inputs that the program does not have."""
+        """Write the inputs that change; skip any that the program does not have."""
         for (path, index), value in self.inputs.items():
             leaf = engine.lowered.layout.find(path)
             if leaf is not None and index < leaf.size:
@@ -62,7 +62,7 @@ class ScanOf:
 
 
 def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
-    """Run scans on a compiled program; return its engine, and the major fault that stopped it or None."""
+    """Run scans on a compiled program; return its engine, and the major fault that stopped it, if any."""
     engine = program.compile()
     for scan in scans:
         if scan.again:
@@ -81,11 +81,11 @@ class ReplayedRun:
 
     Attributes:
         confirmed: whether the program breaks the property, as in the solver's model.
-        fault: the major fault that ended the run, in its last scan or earlier.
+        fault: the major fault, if any, that ended the run in its last scan or earlier.
         computed: the values that instructions without a model computed, by scan and variable.
         scans_done: number of scans without a fault.
-        differs: places where the relation and the program differ: a defect, unless an unmodeled instruction
-            decides them.
+        differs: places where the relation and the program differ, which is a defect unless an unmodeled
+            instruction decides them.
     """
 
     confirmed: bool = False
@@ -165,18 +165,18 @@ def is_turned(values: Values) -> bool:
 
 
 def is_again(values: Values) -> bool:
-    """Return whether the run ends after a scan, and the next run begins with its tags."""
+    """Return whether the run ends after a scan and the next run begins with its tags."""
     return bool(values.get(RETAINED, False))
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return the ticks in program mode after a scan, at most one hour."""
+    """Return the number of ticks, at most one hour, in program mode after a scan."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
 
 MOST_OFF_MS = 3_600_000
-"""Longest time in program mode in a scenario, in ms; the solver may choose a longer one."""
+"""Longest time in program mode in a scenario, in ms; the solver may choose a longer time."""
 
 
 def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> ReplayedRun:
@@ -259,10 +259,10 @@ def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> d
 def _differences(
     problem: ProgramSystem, run: Run, before: Values, unknown: Collection[str]
 ) -> tuple[Key, ...]:
-    """Return places where the program left a different value than the relation computes.
+    """Return the places where the program left a value different from what the relation computes.
 
     Args:
-        unknown: variables whose values are not known; places that depend on them are skipped.
+        unknown: variables with unknown values; places that depend on them are skipped.
     """
     machine = problem.machine
     keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
@@ -277,7 +277,7 @@ def _differences(
 
 
 def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
-    """Return a function that checks a property: a bit after the scan, or a term of the values before it."""
+    """Return a function that checks a property, which is a bit after the scan or a term before it."""
     if key is not None:
         leaf = problem.leaf(key)
         return lambda engine, _before: bool(engine.memory.read(leaf, key[1]))
@@ -286,7 +286,7 @@ def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
 
 
 def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> int | None:
-    """Return the first scan, from 0, after which a bit is true; None without such a scan before a fault."""
+    """Return the first scan, from 0, after which a bit is true; None if there is none before a fault."""
     run = Run(problem)
     with suppress(LadderFault):
         for number, values in enumerate(scans):
@@ -299,7 +299,7 @@ def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> i
 
 
 def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
-    """Return the scans that a solver chose: their times, and the inputs that change."""
+    """Return the scans that a solver chose, with their times and the inputs that change."""
     chosen, current = [], dict(system.initial)
     bits = _bits_of(system, scans)
     for number, values in enumerate(scans):
@@ -321,7 +321,7 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
 
 
 def _bits_of(system: System, scans: Sequence[Values]) -> list[dict[Key, int]]:
-    """Return, for each scan, the numbers whose bits are written from outside before it, with new values."""
+    """Return, for each scan, numbers with bits written from outside before it, and their new values."""
     bits: list[dict[Key, int]] = []
     if isinstance(system, ProgramSystem) and system.open:
         run = Run(system)

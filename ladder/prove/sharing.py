@@ -1,9 +1,9 @@
 """Finds equal unknown values of two programs, and relates the others.
 
 Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
-terms as arguments in both programs, both share one value. For any other pair of values of one function, equal
-arguments imply equal values (Ackermann's expansion). For a strict function only the first rule applies, and
-only if each term that decides its arguments is the same in both programs.
+terms as arguments in both programs, the programs share one value. For any other pair of values of one
+function, equal arguments imply equal values (Ackermann's expansion). For a strict function, only the first
+rule applies, and only if every term that its arguments depend on is the same in both programs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MOST_PAIRS = 24
 """Maximum number of old unknown values that each new one is compared with."""
 
 InNew = Callable[[T], T]
-"""Returns a term of the new program with shared variables in place of its own."""
+"""Returns a term of the new program with its own variables replaced by shared ones."""
 
 
 def own(v: T) -> T:
@@ -38,8 +38,8 @@ class SharedUnknowns:
 
     Attributes:
         known: the origin of each variable, by name, with arguments in the shared variables.
-        facts: conditions that hold in each scan: equal arguments imply equal values; with the names of the
-            two values.
+        facts: conditions that are true in each scan (equal arguments imply equal values), with the names of
+            the two values.
         shared: names of the old program's variables that the new one shares.
     """
 
@@ -54,7 +54,7 @@ class SharedUnknowns:
 
         Args:
             own_of: receives the variables, by their names in the new program.
-            in_new: replaces variables as `own_of` says.
+            in_new: replaces the variables of a term according to `own_of`.
             unshared: names of variables of strict functions that are not shared.
         """
         self.known, self.facts, self.shared = {}, [], set()
@@ -93,7 +93,7 @@ class SharedUnknowns:
 
 
 def _in_order(problem: ProgramSystem) -> list[tuple[T, UnknownOrigin]]:
-    """Return the unknown values of a program, each after those that its arguments depend on."""
+    """Return the unknown values of a program, each one after the values that its arguments depend on."""
     return sorted(problem.machine.origins.items(), key=lambda each: int(each[0].val[1:]))
 
 
@@ -105,7 +105,7 @@ def _has_same_arguments(new: UnknownOrigin, old: UnknownOrigin) -> bool:
 
 
 def _arguments_equal(new: UnknownOrigin, old: UnknownOrigin) -> T:
-    """Return the condition that all arguments are equal; FALSE if their names or kinds differ."""
+    """Return the condition that all arguments are equal, or FALSE if their names or kinds differ."""
     new_arguments, old_arguments = new.arguments, old.arguments
     if new_arguments.keys() != old_arguments.keys() or any(
         old_arguments[name].kind != argument.kind for name, argument in new_arguments.items()
@@ -115,6 +115,6 @@ def _arguments_equal(new: UnknownOrigin, old: UnknownOrigin) -> T:
 
 
 def deciding(known: Mapping[str, UnknownOrigin], name: str) -> Iterable[T]:
-    """Return the terms that an unknown value depends on; () if the name is another variable's."""
+    """Return the terms that an unknown value depends on, or () if the name belongs to another variable."""
     origin = known.get(name)
     return () if origin is None else origin.arguments.values()

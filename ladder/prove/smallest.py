@@ -1,7 +1,7 @@
 """Reduces a run to the inputs that break a claim, without the solver's arbitrary choices.
 
-First whole values are dropped, each in all scans, then single bits of modules' words. After each step, the
-program runs again: a step after which the run no longer breaks the claim is undone.
+First, whole values are dropped, each one in all scans; then single bits of module words are cleared. The
+program runs again after each step. If the run no longer breaks the claim, the step is undone.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _without(scan: ScanOf, key: Key) -> ScanOf:
 
 
 def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
-    """Return the scans with some bits of a word cleared; drop changes that leave the word unchanged."""
+    """Return the scans with some bits of a word cleared; drop entries that no longer change the word."""
     last_value, masked = 0, []
     for scan in scans:
         value = scan.inputs.get(key)
@@ -104,7 +104,7 @@ def breaks(
     assume: Sequence[Key],
     modules: Sequence[KeptBy] = (),
 ) -> bool:
-    """Run the scans; return whether the last one sets a bit, and each one the assumed bits."""
+    """Run the scans; return whether the last one sets a bit and every scan sets the assumed bits."""
     engine = program.compile()
     watches = [module.watch(engine) for module in modules]
     for number, scan in enumerate(scans):

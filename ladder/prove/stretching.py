@@ -1,7 +1,7 @@
-"""Runs with longer scans than the rack's: a timer of 5 s needs 5 scans instead of 500.
+"""Runs with longer scans than the rack's, so a timer of 5 s needs 5 scans instead of 500.
 
-A long run only suggests a run of the rack. Each long scan becomes several short scans with unchanged inputs,
-and the compiled program decides.
+A long run only suggests a run of the rack. Each long scan is split into several short scans with unchanged
+inputs, and the compiled program checks the result.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ STRETCHED_MS = 1000
 
 
 def stretched(problem: ProgramSystem) -> ProgramSystem:
-    """Return the same problem with scans of up to a second; they are multiples of a fixed scan time."""
+    """Return the same problem with scans of up to a second; a fixed scan time may have any multiple."""
     (low, high), tick_ns = problem.bounds.ticks, problem.bounds.tick_ns
     step = low if low == high else 1
     most = max(high, STRETCHED_MS * MS // tick_ns // step * step)

@@ -1,9 +1,9 @@
-"""Marks in Python code, for observers of its lines: each statement of a function has a mark before it.
+"""Puts marks into Python code for observers of its lines: each statement of a function has a mark before it.
 
     state.number += 1        if __lines__ and 12 in __lines__: __lines__(12)
                              state.number += 1
 
-`__lines__` is None while no line of the module is observed: a mark then takes a few nanoseconds. A mark has
+`__lines__` is None while no line of the module is observed; a mark then takes a few nanoseconds. A mark has
 the position of its statement, so that errors and waits name the same lines. The head of a loop has another
 mark at the end of each pass. A `case` or an `except` counts as run when it is entered.
 """
@@ -27,7 +27,7 @@ class Observer:
     """An observer, which is called before lines run.
 
     Attributes:
-        lines: the numbers of the lines that it observes; None = all.
+        lines: the numbers of the lines that it observes; None means all.
     """
 
     lines: Container[int] | None = None
@@ -36,12 +36,12 @@ class Observer:
         """Act before a line of a function, or before a step of a list of steps, which has no frame.
 
         Args:
-            file: the file's name without its folder, since a copy of a program has another folder.
+            file: the file's name without its folder, since a copy of a program is in another folder.
         """
 
 
 class LineWatch:
-    """Modules with marks that are loaded in its context, and the observers of their lines."""
+    """The modules with marks that are loaded in a context, and the observers of their lines."""
 
     def __init__(self) -> None:
         self._modules: list[Lines] = []
@@ -154,7 +154,7 @@ class _Marks:
         """Return a block of a function with marks.
 
         Args:
-            parent: the node of the block, whose line has just run; None = a function.
+            parent: the node that contains the block, whose line has just run; None for a function.
             loop: the loop that a `continue` in the block continues.
         """
         marked, last_line = list[ast.stmt](), getattr(parent, "lineno", 0)

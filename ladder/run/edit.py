@@ -26,7 +26,7 @@ from ..state.lowered import LoweredProgram
 from .engine import Engine
 
 NUMBERS = ("~axis", "~number")
-"""Hidden members that number axes and motion instructions in the order of one program."""
+"""Hidden members that number the axes and motion instructions, in an order that depends on the program."""
 
 FORMAT = "scanrack tags 1"
 """Format entry of a file of retained tags."""
@@ -64,7 +64,7 @@ class Edit:
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
-    """Continue in a fresh engine from the state of another engine, which does not change."""
+    """Continue in a fresh engine from the state of another engine, which stays unchanged."""
     edit, old_layout = planned(old, new.lowered), old.lowered.layout
     kept = _kept_leaves(old_layout, new.lowered.layout)
     for leaf in kept:
@@ -82,7 +82,7 @@ def carry_over(old: Engine, new: Engine) -> Edit:
 
 
 def planned(old: Engine, new: LoweredProgram) -> Edit:
-    """Return the effects of an edit, without doing it."""
+    """Return the effects of an edit without making it."""
     leaves = _kept_leaves(old.lowered.layout, new.layout)
     kept_paths = {leaf.path.upper() for leaf in leaves}
     old_tags, new_tags = old.lowered.layout.tags(), new.layout.tags()
@@ -104,7 +104,7 @@ def _kept_leaves(old: Layout, new: Layout) -> list[Leaf]:
 
 
 def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterator[str]:
-    """Yield the kept values that differ from the new program text: `Fill.PRE 1000, not 2000`."""
+    """Yield the kept values that differ from the new program text, such as `Fill.PRE 1000, not 2000`."""
     kept_paths = {leaf.path.upper() for leaf in kept}
     for (path, index), value in new.presets.items():
         if path.upper() not in kept_paths or old.lowered.presets.get((path, index), value) == value:
@@ -125,7 +125,7 @@ def _restated_initials(old: Engine, new: LoweredProgram, kept_paths: Container[s
 
 
 def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
-    """Return whether a leaf has the type and size of a leaf with its path in the old program."""
+    """Return whether a leaf has the same type and size as the leaf with the same path in the old program."""
     if other is None or leaf.is_image:
         return False
     return (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
@@ -189,7 +189,7 @@ def retain(engine: Engine, text: str) -> list[str]:
 
 
 def _restore(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
-    """Set a tag; return a sentence if the value does not fit, which then is not set."""
+    """Set a tag; if the value does not fit, return a sentence and leave the tag unchanged."""
     if kind != type_text(tag):
         return [f"{tag.name} is {type_text(tag)}, in the file {kind}"]
     initial = engine.tags[tag.name]
@@ -234,5 +234,5 @@ def _stored(text: str) -> dict[str, list[Any]]:
 
 
 def type_text(tag: Tag) -> str:
-    """Return the type of a tag as in a declaration: `DINT[2,3]`."""
+    """Return the type of a tag as in a declaration, such as `DINT[2,3]`."""
     return f"{tag.type.name}{dims_text(tag.dims)}"

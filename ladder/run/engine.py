@@ -95,7 +95,7 @@ class Engine:
             self._scan = usual_scan
 
     def attach(self, scan: Any) -> None:
-        """Use a scan's images as memory; raise a ValueError if the rack lacks a slot in use."""
+        """Use a scan's images as memory; raise a ValueError if the rack lacks a slot the program uses."""
         if scan is not self._rack:
             self.memory.attach(scan.slot, self.lowered.written_inputs)
             self._rack = scan
@@ -113,7 +113,7 @@ class Engine:
         self._scan_at(now_ns, first=not self._started or self._prescanned)
 
     def prescan(self) -> None:
-        """Prescan, as after a change to program mode and back: the next `step` is a first scan."""
+        """Prescan, as after a change to program mode and back; the next `step` is a first scan."""
         self._prescanned = True
         self.interpreter.prescan()
 
@@ -185,7 +185,7 @@ class Engine:
         return results if isinstance(results, tuple) else (results,)
 
     def tags_of(self, program: str) -> Tags:
-        """Return a view of the tags with the names that are valid in a program, "" for the controller."""
+        """Return a view of the tags by the names that are valid in a program; "" is the controller."""
         if not program:
             return self.tags
         tags = self._program_tags.get(program)

@@ -5,7 +5,7 @@
     consumer   5       5       7
 
 A member of type CONNECTION_STATUS has the producer's RunMode, and ConnectionFaulted. The data of a broken
-connection do not change [1756-PM011, "Produced and Consumed Tags"].
+connection does not change [1756-PM011, "Produced and Consumed Tags"].
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Finds the position in a program from a traceback: the watchdog and Ctrl-C stop it at any point."""
+"""Finds the position in a program from a traceback, since the watchdog and Ctrl-C stop it at any point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Compiled = Mapping[CodeType, LoweredRoutine]
 
 
 def position_in_program(trace: TracebackType | None, compiled: Compiled) -> str:
-    """Return task, routine, and rung or line of a traceback's innermost call; "" outside a program."""
+    """Return the task, routine, and rung or line of a traceback's innermost call; "" outside a program."""
     task: str | None = None
     routine: LoweredRoutine | None = None
     line: LoweredLine | None = None
@@ -40,7 +40,7 @@ def position_in_program(trace: TracebackType | None, compiled: Compiled) -> str:
 def _interpreted(
     frame: FrameType, routine: LoweredRoutine | None, line: LoweredLine | None
 ) -> tuple[LoweredRoutine | None, LoweredLine | None]:
-    """Return routine and line of an interpreter frame."""
+    """Return the routine and line of an interpreter frame."""
     if frame.f_code is _ROUTINE:
         return frame.f_locals["routine"], None
     return routine, frame.f_locals["line"]

@@ -1,4 +1,4 @@
-"""Structured text: its grammar, and the parser to statements of the tree (`ladder.statements`)."""
+"""Structured text: its grammar, and a parser that returns statements of the tree (`ladder.statements`)."""
 
 from .parser import parse_statements
 

@@ -17,7 +17,7 @@
     primary    = number | string | target | name "(" expression ")" | "(" expression ")"
 
 Precedence of operators [1756-PM007]: (), functions, **, unary -, NOT, * / MOD, + -, < <= > >=, = <>, & AND,
-XOR, OR; operators of the same level from left to right.
+XOR, OR. Operators of the same level are evaluated from left to right.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ BINDING: Mapping[str, int] = {
     **dict.fromkeys(("TIMES", "MOD"), 7),
     "POWER": 9,
 }
-"""Precedence of operators, the highest binds first; unary minus and NOT have `UNARY`."""
+"""Precedence of operators; the highest number binds first. Unary minus and NOT have `UNARY`."""
 
 UNARY = 8
 

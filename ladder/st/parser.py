@@ -1,8 +1,9 @@
-"""The parser of structured text; `str()` of statements returns their text.
+"""The structured text parser; `str()` of a statement returns its text.
 
-The parser first removes comments. If regions do not nest with statements, which Studio 5000 allows, their
-marks become comments. A comment after a statement on the same line belongs to that statement; another comment
-belongs to the next statement, or at the end of a block to an empty statement. `syntax` reads the rest.
+The parser first removes comments. If regions do not nest properly with statements, which Studio 5000 allows,
+their marks become comments. A comment after a statement on the same line belongs to that statement. Any other
+comment belongs to the next statement or, at the end of a block, to an empty statement. `syntax` reads the
+rest.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ class _Comment:
 
 
 class _Reader:
-    """Reads one text: nodes become statements."""
+    """Reads one text and converts its nodes to statements."""
 
     def __init__(
         self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec], *, regions: bool
@@ -109,7 +110,7 @@ class _Reader:
         self._comments.reverse()
 
     def _blank(self, match: re.Match[str]) -> str:
-        """Store a comment and return white space of its length; leave other matches."""
+        """Store a comment and return white space of its length; return other matches unchanged."""
         if match.lastgroup is None or (match.lastgroup == "region" and self._regions):
             return match.group()
         if match.lastgroup == "open":

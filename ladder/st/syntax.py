@@ -32,7 +32,7 @@ from ..model.tree import (
 from .grammar import BINDING, END, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMINAL, TERMS, UNARY
 
 MOST_OPEN = LEVELS * 3 // 2
-"""Maximum brackets and operators around an operand; an expression may reach the limit of levels earlier."""
+"""Maximum number of brackets and operators around an operand; the level limit may be reached earlier."""
 
 TOO_MANY_LEVELS = f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts"
 
@@ -86,14 +86,14 @@ class LabeledBody(NamedTuple):
 
 
 class MisplacedError(Exception):
-    """An error at a position in the text; `actual` None stands for the text at that position."""
+    """An error at a position in the text; if `actual` is None, the text at that position is used."""
 
     def __init__(self, position: int, expected: str, actual: str | None = None) -> None:
         self.position, self.expected, self.actual = position, expected, actual
 
 
 def marks_of(text: str) -> list[Mark]:
-    """Return the terminals of a text; the last is its end, or a mark without a type for invalid text."""
+    """Return the terminals of a text; the last is its end, or for invalid text a mark without a type."""
     marks: list[Mark] = []
     position = 0
     while position < len(text):
@@ -108,7 +108,7 @@ def marks_of(text: str) -> list[Mark]:
 
 
 class Syntax:
-    """Reads the statements of one text; raises a MisplacedError at an error."""
+    """Reads the statements of one text; raises a MisplacedError for an error."""
 
     def __init__(self, text: str) -> None:
         self._marks = marks_of(text)
@@ -127,12 +127,12 @@ class Syntax:
     # --- marks
 
     def _next(self, *kinds: str) -> bool:
-        """Note terminals as tried; return whether one of them is next."""
+        """Note that terminals were tried; return whether one of them is next."""
         self._tried.update(kinds)
         return self._marks[self._index].type in kinds
 
     def _step(self) -> Mark:
-        """Return the next mark and move past it, but not past the last."""
+        """Return the next mark and move past it, unless it is the last one."""
         mark = self._marks[self._index]
         self._index = min(self._index + 1, len(self._marks) - 1)
         self._tried.clear()
@@ -160,7 +160,7 @@ class Syntax:
     # --- statements
 
     def _block(self) -> list[Node]:
-        """Read statements up to a terminal that begins none."""
+        """Read statements up to a terminal that can't begin a statement."""
         nodes = []
         self._blocks += 1
         while self._next(*STATEMENTS):
@@ -283,7 +283,7 @@ class Syntax:
     # --- expressions
 
     def _expression(self, binding: int = 0) -> Operand:
-        """Read an expression of operators that bind tighter than `binding`."""
+        """Read an expression whose operators bind tighter than `binding`."""
         left = self._unary(power=binding == BINDING["POWER"])
         while self._next(*OPERATORS):
             operator = self._marks[self._index]
@@ -296,7 +296,7 @@ class Syntax:
         return left
 
     def _unary(self, *, power: bool) -> Operand:
-        """Read an operand with the operators before it; an exponent may only have minus signs."""
+        """Read an operand and the operators before it; an exponent may have only minus signs."""
         if not power and self._skip("NOT"):
             return Operation("NOT", (self._inner(UNARY),))
         if not self._skip("MINUS"):
@@ -356,7 +356,7 @@ class Syntax:
 
 
 def number_of(mark: Mark, text: str | None = None) -> Number:
-    """Return the number of a mark, or of a part of its text."""
+    """Return the number in a mark, or in a part of its text."""
     try:
         return _literal(str(mark if text is None else text))
     except RungTextError as error:

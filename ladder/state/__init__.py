@@ -1,1 +1,1 @@
-"""A program ready to run: lowered, its memory, its tasks, its faults."""
+"""A program that is ready to run: its lowered form, memory, tasks and faults."""

@@ -1,11 +1,11 @@
-"""String instructions on characters, for both back ends.
+"""The string instructions, for both back ends.
 
 They record minor faults. A result of None leaves the destination unchanged.
 
 | code | fault |
 |---|---|
 | 4/51 | LEN is above the size of DATA; the result is longer than the destination and is truncated |
-| 4/52 | the string of a number is longer than the destination |
+| 4/52 | a number as a string is longer than the destination |
 | 4/53 | the number in a string does not fit its destination |
 | 4/56 | a start or a quantity is outside the string |
 """
@@ -35,7 +35,7 @@ def record_long_string(faults: FaultLog, site: int, tag: str, length: int, capac
 def read_string(
     faults: FaultLog, site: int, tag: Any, first_byte: int, capacity: int, name: str
 ) -> bytes | None:
-    """Return the characters of a STRING in bytes; fault and return None if LEN exceeds the size of DATA."""
+    """Return the characters of a STRING in bytes; if LEN exceeds the size of DATA, fault and return None."""
     length = tag.i[first_byte >> 2]
     if length > capacity:
         record_long_string(faults, site, name, length, capacity)
@@ -78,7 +78,7 @@ def concat(_faults: FaultLog, _site: int, a: bytes, b: bytes) -> bytes:
 
 
 def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int) -> bytes | None:
-    """Return a string with another inserted at a position, counted from 1."""
+    """Return a string with another string inserted at a position, counted from 1."""
     if not 1 <= start <= size(into) + 1:
         _record_place_fault(faults, site, f"start {start!r} is out of range; must be 1 to {size(into) + 1!r}")
         return None
@@ -120,7 +120,7 @@ def _record_place_fault(faults: FaultLog, site: int, message: str) -> None:
 
 
 def find(faults: FaultLog, site: int, text: bytes, searched: bytes, start: int) -> int | None:
-    """Return the position, from 1, of a string in another from `start` on; 0 if it is not there."""
+    """Return the position, from 1, of a string in another one, searching from `start`; 0 if not found."""
     if not 1 <= start <= size(text):
         _record_place_fault(faults, site, f"start {start!r} is out of range; must be 1 to {size(text)!r}")
         return None
@@ -155,7 +155,7 @@ def rtos(_faults: FaultLog, _site: int, value: float) -> bytes:
 
 
 def real_text(value: float) -> str:
-    """Return a REAL with up to nine digits, which identify it; infinity is `1.$`.
+    """Return a REAL as text with up to nine digits, which are enough to identify it; infinity is `1.$`.
 
     >>> [real_text(arithmetic.real(value)) for value in (15.3001, 0.5, -2.0, 1e20, 1e39)]
     ['15.3001003', '0.5', '-2.0', '1.00000002e+20', '1.$']
@@ -204,4 +204,4 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     function.__name__.upper(): function
     for function in (concat, delete, dtos, find, insert, lower, mid, rtos, stod, stor, upper)
 }
-"""Functions of the instructions, by name."""
+"""Functions that implement the instructions, by name."""

@@ -1,4 +1,4 @@
-"""The fault log: minor faults are recorded, major faults end the scan."""
+"""The fault log: minor faults are recorded, and major faults end the scan."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .lowered import LoweredProgram
 from .memory import Memory
 
 KEPT = 1000
-"""Maximum recorded minor faults; the latest ones are kept."""
+"""Maximum number of recorded minor faults; the latest ones are kept."""
 
 MOST_RECURSION = 25
-"""Maximum nested calls of recursive routines."""
+"""Maximum number of nested calls of recursive routines."""
 
 MOST_JUMPS = 200_000
-"""Maximum backward jumps per scan: 500 ms, the default watchdog, at 2.5 µs each."""
+"""Maximum number of backward jumps per scan; at 2.5 µs each, they take 500 ms, the default watchdog."""
 
 
 class FaultLog:
@@ -47,7 +47,7 @@ class FaultLog:
         self._minor_flag = memory.layout.leaf("S:MINOR")
 
     def new_scan(self, now_ns: int) -> None:
-        """Start a scan: each instruction may record one minor fault again."""
+        """Start a scan, so that each instruction may record one minor fault again."""
         self.now_ns = now_ns
         self._jumps = 0
         self.depth = 0
@@ -73,12 +73,12 @@ class FaultLog:
         self.overflow(site, "the divisor is 0")
 
     def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
-        """Raise a fault: a subscript or a bit number is out of range."""
+        """Raise a fault for a subscript or bit number that is out of range."""
         text = f"subscript {index} is out of range; must be 0 to {length - 1}"
         self._stop(site, tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int, times: int = 1) -> None:
-        """Count backward jumps; fault if there are too many. A count, unlike time, makes runs repeatable."""
+        """Count backward jumps; fault above a limit. Unlike a time limit, a count makes runs repeatable."""
         self._jumps += times
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
@@ -92,7 +92,7 @@ class FaultLog:
         return MOST_JUMPS - self._jumps
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
-        """Raise a fault: LEN or POS of a CONTROL is negative."""
+        """Raise a fault for a CONTROL whose LEN or POS is negative."""
         self._stop(site, tag, f"LEN is {length}, POS is {position}; neither may be negative", CONTROL_CODE)
 
     def called(self, site: int) -> None:
@@ -107,7 +107,7 @@ class FaultLog:
         self.depth -= 1
 
     def check(self, site: int, is_true: bool, values: Callable[[], Mapping[str, str]]) -> None:
-        """Fault if the condition of an ASSERT is false, with the values of its tags."""
+        """Raise a fault with the values of its tags if the condition of an ASSERT is false."""
         self.checked.add(site)
         if not is_true:
             tags = values()
@@ -118,7 +118,7 @@ class FaultLog:
             raise fault
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
-        """Raise a fault: PRE or ACC of a timer is negative."""
+        """Raise a fault for a timer whose PRE or ACC is negative."""
         self._stop(site, tag, f"PRE is {preset}, ACC is {accumulated}; neither may be negative", TIMER_CODE)
 
     def _stop(self, site: int, tag: str, text: str, code: int) -> NoReturn:

@@ -25,7 +25,7 @@ class _MemberPlace:
 
 
 def load_bytes(tag: TagBytes, kind: DataType, dims: tuple[int, ...], value: Any) -> bool:
-    """Set a tag's values, given as for `Memory.load`; return False if one is unusual or does not fit."""
+    """Set a tag's values, in the form for `Memory.load`; return False if one is unusual or does not fit."""
     try:
         _load(tag, kind, dims, 0, value)
     except (ValueError, LookupError, TypeError, AttributeError):

@@ -33,10 +33,10 @@ from ..model.types import (
 from .named_parts import alias_place
 
 MOST_ALIASES = 20
-"""Maximum aliases in a chain."""
+"""Maximum number of aliases in a chain."""
 
 _HOST = "ZZZZZZZZZZ"
-"""Prefix of the name of a byte that hosts BOOLs, as in Logix Designer."""
+"""Name prefix for a byte that hosts BOOLs, as in Logix Designer."""
 
 Places = Mapping[str, tuple[int, int | None]]
 """Byte and bit of members by name, in capitals."""
@@ -84,7 +84,7 @@ def _without_aliases(layout: Layout, alias: Alias) -> str | None:
 
 @lru_cache(maxsize=1024)
 def kind_of(kind: DataType) -> Kind:
-    """Return a type in the form for clients."""
+    """Return a type in the form that is sent to clients."""
     if isinstance(kind, Elementary):
         return PLAIN[kind.name]
     places = {member.name.upper(): (offset, bit) for member, offset, bit in members_at(kind)}

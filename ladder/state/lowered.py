@@ -23,7 +23,7 @@ from ..model.tree import Address, Operand, Origin
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Operands of JSR: the routine in capitals, its arguments, the tags for its results."""
+    """Operands of a JSR: the routine in capitals, its arguments, and the tags for its results."""
 
     routine: str
     inputs: tuple[Resolved, ...]  # a structure or an array is a `Group`, passed by value as bytes
@@ -47,7 +47,7 @@ class OperandResolver(Protocol):
         """Return the full name in capitals of a callable routine."""
 
     def memory(self, address: Address, *, written: bool) -> Place | Group:
-        """Return a tag with bytes; for the first member of a structure, the structure."""
+        """Return a tag that is stored in bytes; for the first member of a structure, return the structure."""
 
     def value(self, operand: Operand) -> Resolved:
         """Return an operand that is a single value."""
@@ -66,7 +66,7 @@ class OperandResolver(Protocol):
         """Return any operand."""
 
     def hidden(self, name: str) -> Place:
-        """Return a new hidden LINT with this prefix; not available in add-on instructions."""
+        """Return a new hidden LINT whose name has this prefix; not available in add-on instructions."""
 
     def kept(self, path: str, initial: int) -> None:
         """Declare a LINT at a hidden path, with its initial value."""
@@ -123,7 +123,7 @@ class LoweredStep:
 
     @property
     def kind(self) -> InstructionKind:
-        """Rung condition on which it acts."""
+        """Rung condition under which it acts."""
         return self.spec.kind
 
 
@@ -202,7 +202,7 @@ class Loop:
 
     @property
     def site(self) -> int:
-        """Number of the instruction in a fault of an endless loop."""
+        """Number of the instruction that a fault for an endless loop names."""
         return steps_of(self.condition.nodes)[0].site
 
 
@@ -212,7 +212,7 @@ Body = tuple[Act | Arms | Selection | Loop, ...]
 
 @dataclass(eq=False, slots=True)
 class ChartNode:
-    """A step or stop of a chart; `bits` are the members of its tag, including hidden ones."""
+    """A step or stop of a chart; `bits` contains the members of its tag, including hidden ones."""
 
     index: int  # a number above 0 for its name
     number: int  # of the element
@@ -276,7 +276,7 @@ class LoweredChart:
     moved: Place  # whether a transition was true in this pass
 
     def node_of(self, tag: Group) -> ChartNode | None:
-        """Return the step or stop of a tag, None if it is in another chart."""
+        """Return the step or stop of a tag; None if it is in another chart."""
         return next((node for node in self.nodes if node.tag.path == tag.path), None)
 
 
@@ -306,7 +306,7 @@ class LoweredRoutine:
 
 @dataclass(slots=True)
 class AddOnFrame:
-    """An add-on instruction, ready to run: one for all its instances."""
+    """An add-on instruction, ready to run; there is one for all instances."""
 
     name: str
     layout: FrameLayout  # of its routines
@@ -356,7 +356,7 @@ class LoweredProgram:
 
     @property
     def all_steps(self) -> Iterator[LoweredStep]:
-        """All instructions, with the copies of add-on parameters."""
+        """Yield all instructions, with the copies of add-on parameters."""
         lines = (line for routine in self.routines.values() for line in routine.lines)
         return chain.from_iterable(line.all_steps for line in lines)
 
@@ -366,14 +366,14 @@ class LoweredProgram:
         return frozenset((self.main,)) if self.schedule is None else self.schedule.roots
 
     def is_preempted(self, routine: str) -> bool:
-        """Whether another task may run after each rung of a routine, by full name."""
+        """Return whether another task may run after each rung of a routine, given by its full name."""
         if self.schedule is None:
             return False
         return program_of(routine).upper() in self.schedule.preempted
 
     @property
     def defaults(self) -> Mapping[str, Presets]:
-        """Initial values from rungs of add-on instructions, by add-on in capitals, path and index."""
+        """Initial values from rungs in add-on instructions, by add-on (in capitals), path and index."""
         return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
 
 
@@ -386,7 +386,7 @@ def parameters_of(step: LoweredStep) -> tuple[Sequence[Resolved], Sequence[Place
 
 
 def passes_groups(step: LoweredStep) -> bool:
-    """Whether an instruction passes or receives a structure or an array."""
+    """Return whether an instruction passes or receives a structure or an array."""
     if step.name not in ("JSR", "SBR", "RET"):
         return False
     return any(isinstance(operand, Group) for part in parameters_of(step) for operand in part)

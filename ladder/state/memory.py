@@ -1,7 +1,8 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
-A cell is a cell of a Python closure: a variable to the compiled program, `cell_contents` to others. An array
-is a list that is never replaced; an image is the rack's own words; a tag in bytes is a `TagBytes`.
+A cell is a cell of a Python closure. The compiled program uses it as a variable; others use `cell_contents`.
+An array is a list that is never replaced. An image consists of the rack's own words. A tag in bytes is a
+`TagBytes`.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class _InputCopy:
 
 
 class Memory:
-    """Values of all leaves of a layout, with initial values of tags and, as `defaults`, of structures."""
+    """Values of all leaves of a layout; tags have initial values, and `defaults` has those of structures."""
 
     def __init__(
         self,
@@ -137,7 +138,7 @@ class Memory:
                 self.write(leaf, element, value)
 
     def _has_initial_value(self, kind: DataType) -> bool:
-        """Whether a member has an initial value, at any depth."""
+        """Return whether a type has a member, at any depth, with an initial value."""
         if isinstance(kind, Elementary):
             return False
         has_value = self._initial_value_flags.get(id(kind))  # equal types may have different initial values
@@ -166,7 +167,7 @@ class Memory:
         return value[index] if leaf.dims else value  # type: ignore[no-any-return]
 
     def reader(self, leaf: Leaf, index: int = 0) -> Callable[[], Value]:
-        """Return a function that reads a value, for readers in each scan."""
+        """Return a function that reads a value, for callers that read it in each scan."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._list_and_spot(leaf)
@@ -205,11 +206,11 @@ class Memory:
             cell.cell_contents = value
 
     def has(self, leaf: Leaf) -> bool:
-        """Whether memory contains a leaf; it contains an image only if the program uses it."""
+        """Return whether memory contains a leaf; it contains an image only if the program uses it."""
         return leaf.ident in self.cells or self.layout.spot(leaf) is not None
 
     def is_read_only(self, leaf: Leaf) -> bool:
-        """Whether a leaf is an input image or a fault of a rack, which only its module writes."""
+        """Return whether a leaf is an input image or a fault of a rack, which only the module writes."""
         if leaf.slot is None or leaf.output or leaf.ident not in self.cells:
             return False
         if not leaf.is_image:
@@ -254,7 +255,7 @@ class Memory:
     def attach(self, slots: Mapping[int, Any], written: Container[str] = ()) -> None:
         """Use the images of a rack's slots as memory, or raise a ValueError for a missing slot.
 
-        Inputs that the program writes are copies, so that recordings have the modules' own inputs; see
+        Inputs that the program writes are copied, so that recordings contain the modules' own inputs; see
         `take_inputs`.
         """
         for leaf in (*self.layout.images, *self.layout.faults):
@@ -286,7 +287,7 @@ class Memory:
     def take_inputs(self, *, updated: bool) -> None:
         """Copy the inputs that the program writes, if the modules have updated them.
 
-        An image that differs from its last copy is copied in any case: a force has changed it.
+        An image that differs from its last copy is always copied, because a force has changed it.
         """
         for image in self._copied:
             if updated or image.last_copied != image.rack:
@@ -301,13 +302,13 @@ class Memory:
                 self.write(leaf, 0, fault)
 
     def snapshot(self) -> dict[str, Value | list[Value]]:
-        """Return all values by path, hidden ones included."""
+        """Return all values by path, including hidden ones."""
         return {leaf.path: self.values(leaf) for leaf in self.layout.leaves.values()}
 
     # --- whole values, for people
 
     def dump(self, path: str, kind: DataType, dims: tuple[int, ...], index: int = 0) -> Any:
-        """Return a value for people: a list per dimension, a dict of members, a str for a STRING."""
+        """Return a value in readable form: a list per dimension, a dict of members, a str for a STRING."""
         if dims:
             length, inner = dims[0], dims[1:]
             if not inner and isinstance(kind, Elementary):
@@ -411,7 +412,7 @@ def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, coun
 
 
 class Store(Protocol):
-    """Values of a memory, or of an add-on's argument, with `left` elements to the end of its array."""
+    """Values of a memory, or of an add-on's argument that has `left` elements to the end of its array."""
 
     left: int
 
@@ -422,14 +423,14 @@ class Store(Protocol):
         """Set a value of the leaf's type."""
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return the slice of every `step`th value of a leaf, None if they must be accessed singly."""
+        """Return the slice of every `step`th value of a leaf; None if they must be accessed singly."""
 
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
-        """Return the place of a value in bytes, None if it is not in bytes or is accessed singly."""
+        """Return the place of a value in bytes; None if it is not in bytes or is accessed singly."""
 
 
 class CompiledAddOnStore:
-    """An argument of a compiled add-on: a list or bytes from `base` on, or bits `mask` of an integer."""
+    """An argument of a compiled add-on: a list or bytes from `base` on, or the bits `mask` of an integer."""
 
     __slots__ = ("_base", "_layout", "_mask", "_values", "left")
 
@@ -480,7 +481,7 @@ class InterpretedAddOnStore:
 
     Attributes:
         path: path of the instance or the argument in the program.
-        first: flat index in that path.
+        first: flat index in the path.
         left: elements from there to the end of the array.
         bit: bit of an integer; None for whole values.
     """
@@ -570,7 +571,7 @@ def set_text_in(store: Store, layout: Layout, path: str, index: int, value: byte
 
 
 def same(a: object, b: object) -> bool:
-    """Whether two values of memory, or lists or tuples of them, are equal; NaN equals NaN."""
+    """Return whether two values of memory, or lists or tuples of them, are equal; NaN equals NaN."""
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):

@@ -52,7 +52,7 @@ def alias_target(path: str, kind: Structure, member: Member, index: int) -> Alia
 
 
 def alias_place(kind: Structure, member: Member) -> tuple[DataType, tuple[int, ...], int]:
-    """Return type, dimensions and first bit of an alias member's target in the structure."""
+    """Return the type, dimensions and first bit of an alias member's target in the structure."""
     target = alias_target("", kind, member, 0)
     part = byte_parts(kind)[target.path[1:].upper()]
     first_bit, index = part.offset, target.index * count_of(target.dims)

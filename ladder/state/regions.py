@@ -1,6 +1,6 @@
 """Regions of memory as bytes, for COP and CPS.
 
-A region is a single tag, or an array from one element on. It is read and written through its fields, so that
+A region is a single tag, or an array from one element on. It is read and written through its fields, so
 structures, arrays and images are copied as in a controller's memory.
 """
 
@@ -51,7 +51,7 @@ class ArrayRegion:
     fillings: dict[str, bytes] = field(default_factory=dict, compare=False)  # elements by text of a value
 
     def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
-        """Return the flat index of the first element; `index_of` evaluates a subscript below a length."""
+        """Return the flat index of the first element; `index_of` evaluates a subscript, given its limit."""
         flat = 0
         for index, length in zip(self.indices, dims or self.dims, strict=True):
             flat = flat * length + index_of(index, length)
@@ -107,7 +107,7 @@ End = tuple[Store, ArrayRegion, int]
 
 
 def copy(source: End, target: End, length: int) -> None:
-    """Copy bytes for `length` elements of the target, up to the end of either array."""
+    """Copy as many bytes as `length` elements of the target have, up to the end of either array."""
     source_store, source_region, source_first = source
     store, region, first = target
     count = min(length, region.left(first, store))
@@ -166,7 +166,7 @@ def _bytes_of(store: Store, region: ArrayRegion, first: int) -> BytesAt | None:
 
 
 def converted(kind: Elementary, value: Value) -> Value:
-    """Return a number converted to a type, without flags and faults."""
+    """Return a number converted to a type, without setting flags or recording faults."""
     if kind.is_bool:
         return bool(value)
     if kind.is_double:
@@ -218,13 +218,13 @@ def _write_field(store: Store, part: FieldSlice, first: int, values: Sequence[Va
 
 
 def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | None:
-    """Return the slice of a field's values over several elements, None if they are accessed singly."""
+    """Return the slice of a field's values over several elements; None if they are accessed singly."""
     begin = first * part.per_element + part.field.index
     return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
 
 
 def _pack(data: bytearray, size: int, field: Field, values: list[Value]) -> None:
-    """Pack the values of a field into elements of this size."""
+    """Pack the values of a field into the bytes of elements, which have this size."""
     if field.bit is not None:
         for number, value in enumerate(values):
             if value:
@@ -258,11 +258,11 @@ def _unpack(data: bytes, size: int, field: Field, count: int) -> list[Value]:
 
 
 MOST_COPIED_SINGLY = 40
-"""Maximum values of a structure that is copied from variables to variables."""
+"""Maximum number of values in a structure that is copied from variables to variables."""
 
 
 def copied_singly(operands: Sequence[object]) -> bool:
-    """Whether a copy with these operands copies one structure value by value."""
+    """Return whether a copy with these operands copies one structure value by value."""
     if len(operands) != 3:
         return False
     source, target, length = operands
@@ -280,7 +280,7 @@ def copied_singly(operands: Sequence[object]) -> bool:
 
 
 def plain(region: ArrayRegion) -> Elementary | None:
-    """Return the elementary type of a region that is a list of numbers, else None."""
+    """Return the elementary type of a region that is a list of numbers; None for other regions."""
     if isinstance(region.type, Elementary) and (region.parts[0].leaf.dims or region.whole):
         return region.type
     return None

@@ -1,4 +1,4 @@
-"""Rows of numbers in the compiled program: a list, a view of bytes or the words of an image."""
+"""Rows of numbers in the compiled program. A row is a list, a view of bytes, or the words of an image."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def move_down(
         first: the first element, or its first byte.
         count: number of elements, including the first one, which is overwritten.
         remaining: number of elements to the end of the array.
-        zero: the new value of the last one; for a structure, its bytes.
+        zero: the new value of the last element; for a structure, its bytes.
     """
     size = len(zero) if isinstance(zero, bytes) else 1
     end = first + min(count, remaining) * size

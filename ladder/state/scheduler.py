@@ -6,8 +6,8 @@ A scan of the rack runs each due task once, then the continuous task:
     periodic 4 ms   due  due  due due  due  due      -> runs once per scan, two overlaps each
     with preempt    runs at the end of the rung that is executing at 4 ms, 8 ms, ...
 
-The time of a scan is when it starts. For `preempt` the rungs of the continuous task share the time from
-one scan to the next evenly: rung `n` of `m` ends at `n / m` of it.
+The time of a scan is when it starts. For `preempt`, the rungs of the continuous task evenly share the time
+from one scan to the next: rung `n` of `m` ends after `n / m` of that time.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .lowered import LoweredProgram
 from .memory import Memory
 
 PROGRAM_FAULT = 4
-"""Type of major faults that a fault routine may clear [1756-PM014]."""
+"""Type of the major faults that a fault routine may clear [1756-PM014]."""
 
 Run = Callable[[str, int], object]
 """Runs a routine: its name in capitals, the time in ns."""
@@ -49,7 +49,7 @@ class Scheduler:
         self.period_ns = 0  # rate of the running task; 0 if it is not periodic
 
     def begin(self, now_ns: int, *, started: bool = False) -> None:
-        """Initialize the state for a first scan; with `started`, S:FS is off in it."""
+        """Initialize the state for a first scan; with `started`, S:FS is off in that scan."""
         write = self._memory.write
         write(self._schedule.previous_scan, 0, -1)
         for program in self._schedule.programs:
@@ -62,7 +62,7 @@ class Scheduler:
             write(task.overlaps, 0, 0)
 
     def scan(self, now_ns: int, run: Run) -> None:
-        """Run the due tasks, then the continuous one; a LadderFault is an uncleared major fault."""
+        """Run the due tasks, then the continuous one; raise a LadderFault for an uncleared major fault."""
         self._run = run
         previous_ns = int(self._memory.read(self._schedule.previous_scan))
         self._memory.write(self._schedule.previous_scan, 0, now_ns)

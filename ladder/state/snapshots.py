@@ -1,6 +1,6 @@
-"""Snapshots of all values in a program's memory: to restore, or as text for a recording.
+"""Takes snapshots of all values in a program's memory, to restore them or to record them as text.
 
-Text from a recording is not trusted: its values must have the shape of the program's memory.
+Text from a recording is not trusted, so its values must have the shape of the program's memory.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class SavedValues:
         """Return the values in each text by identifier, for `restore`.
 
         Raises:
-            ValueError: they are not values of this memory.
+            ValueError: a text does not contain values of this memory.
         """
         rows = json_value(f"[{','.join(texts)}]")
         width = len(self._samples)
@@ -127,7 +127,7 @@ def _are_words(values: list[Any]) -> bool:
 
 
 def _checked(value: Any, sample: Any) -> Any:
-    """Return a value of a snapshot; raise a ValueError if it has not the shape of `sample`."""
+    """Return a value of a snapshot; raise a ValueError if it does not have the shape of `sample`."""
     if isinstance(sample, tuple):
         data, hidden = sample
         if isinstance(value, list) and len(value) == 1 + len(hidden) and isinstance(value[0], str):

@@ -1,4 +1,4 @@
-"""Tags in bytes: a buffer in a controller's layout, with a view for each type of its values."""
+"""Tags in bytes: a buffer in a controller's layout, with a view for each value type."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class TagBytes:
     Attributes:
         bits: all bytes; the BOOLs are bits in them.
         hidden: hidden members, see `stretches.fits_bytes`.
-        B: all bytes, for slices. The other attributes are its casts, one per type of its values.
+        B: all bytes, for slices. The other attributes are casts of it, one for each value type.
     """
 
     __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")
@@ -80,7 +80,7 @@ class TagBytes:
 
 
 def chars(tag: Any, first_byte: int, capacity: int) -> bytes:
-    """Return the characters of a STRING at a byte: LEN of them, or all of DATA if LEN is larger."""
+    """Return the characters of a STRING at a byte: as many as LEN, or all of DATA if LEN is larger."""
     length = tag.i[first_byte >> 2]
     if length <= 0:
         return b""
@@ -101,11 +101,11 @@ PUT_TEXT = "put_text_"
 def text_writer(capacity: int, *, forced: bool) -> Callable[[Any, int, int, bytes], object]:
     """Return a function that writes LEN and characters of a STRING, padded with 0.
 
-    It takes a tag's bytes, the number of the STRING's first byte, LEN, and first_byte least LEN characters.
+    Its arguments are a tag's bytes, the number of the STRING's first byte, LEN, and at least LEN characters.
 
     Args:
         capacity: the size of DATA.
-        forced: whether the bytes may be forced; `pack_into` needs a buffer, which forced bytes are not.
+        forced: whether the bytes may be forced. Forced bytes are not a buffer, which `pack_into` needs.
     """
     layout = struct.Struct(f"<i{capacity}s")
     if not forced:

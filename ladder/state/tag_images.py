@@ -15,7 +15,7 @@ from .memory import Memory
 from .regions import ArrayRegion, region_of, take
 
 Cell = tuple[Leaf, int, int, str, int | None]
-"""A value in one element: leaf, index from the element's first, byte, letter of its type, bit."""
+"""A value in one element: its leaf, index within the element, byte, type letter, and bit."""
 
 
 class TagImage:
@@ -37,7 +37,7 @@ class TagImage:
         self._bytes = self._bits if self._is_bits else self._elements
 
     def read(self, offset: int, size: int) -> bytes:
-        """Return bytes; raise a ValueError beyond the end of the tag."""
+        """Return bytes of the tag; raise a ValueError if they extend beyond its end."""
         self._check(offset, size)
         return self._bytes(offset, size)
 
@@ -45,7 +45,8 @@ class TagImage:
         """Set bytes, except the bits that are set in `keep`.
 
         Raises:
-            ValueError: beyond the end of the tag, or a LEN would exceed its STRING; nothing has changed.
+            ValueError: the bytes extend beyond the end of the tag, or a LEN would exceed its STRING; nothing
+            has changed.
         """
         self._check(offset, len(data))
         if keep and len(keep) != len(data):

@@ -1,10 +1,10 @@
-"""Align two sequences in nearly linear time.
+"""Aligns two sequences in nearly linear time.
 
-1. Elements of the common beginning and of the common end are paired.
-2. Keys that both sequences contain once are anchors. The longest chain of anchors that ascends in both
+1. Elements of the common beginning and of the common end are paired. 2. Keys that both sequences contain once
+are anchors. The longest chain of anchors that ascends in both
    sequences is kept, and the stretches between them are aligned in the same way.
 3. A short stretch without an anchor is aligned by `difflib`. A long one is aligned by occurrence: the first
-   of a key with the first, the second with the second.
+   occurrence of a key with the first, the second with the second.
 
 Thousands of equal rungs have no anchor, and `difflib` would compare every pair of them.
 """
@@ -18,10 +18,10 @@ from difflib import SequenceMatcher
 from typing import NamedTuple
 
 SMALL = 1_024
-"""Largest product of the lengths of two stretches that `difflib` aligns."""
+"""Maximum product of two stretches' lengths up to which `difflib` aligns them."""
 
 DEEPEST = 40
-"""Maximum depth of anchors between anchors."""
+"""Maximum depth to which anchors are sought between anchors."""
 
 Pair = tuple[int, int]
 """Indexes of an element in the old and in the new sequence."""

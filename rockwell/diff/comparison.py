@@ -4,11 +4,11 @@
 |---|---|
 | added, removed | an item or a step that only one version has |
 | changed | fields of an item; a step with a similar text; a comment |
-| moved | a rung or a line at another place in the order of execution |
+| moved | a rung or line at a different place in the order of execution |
 | renamed | an item with the same content, a tag with the same uses |
 
-The order of named items, dates, authors, blanks and places on a sheet are listed apart, since they do not
-affect execution.
+The order of named items, dates, authors, blanks and places on a sheet are listed separately, since they do
+not affect execution.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from .renames import TAGS, renamed, with_new_names
 ADDED, REMOVED, CHANGED, MOVED, RENAMED = "added", "removed", "changed", "moved", "renamed"
 
 MOST_LINES = 100
-"""Maximum lines of a difference that are printed."""
+"""Maximum number of printed lines of a difference."""
 
 ORDERED = frozenset({"parameter"})
-"""Items whose order is the order of a call's operands."""
+"""Items whose order determines the order of a call's operands."""
 
 ORDER, DATES, LAYOUT = (
     "the order of",
     "dates, authors and options of",
     "blanks and places on the sheet of",
 )
-"""Changes that are listed apart from the differences."""
+"""Changes that are listed separately from the differences."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Difference:
 
     @property
     def heading(self) -> str:
-        """The difference without its texts, in a line."""
+        """The difference without its texts, on one line."""
         if self.noun == "comment":
             subject = f"comment of {self.name}"
         elif self.name.startswith(f"{self.noun} "):
@@ -106,7 +106,7 @@ def _first_lines(mark: str, text: str) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """All differences between two versions, and the changes that are listed apart."""
+    """All differences between two versions, and the changes that are listed separately."""
 
     differences: tuple[Difference, ...]
     apart: tuple[str, ...]
@@ -131,7 +131,7 @@ class Comparison:
         }
 
     def by_owner(self) -> dict[str, list[Difference]]:
-        """Return the differences by program and routine, those of the controller first."""
+        """Return the differences by program and routine, with the controller's differences first."""
         groups: defaultdict[str, list[Difference]] = defaultdict(list)
         for difference in sorted(self.differences, key=lambda difference: bool(difference.owner)):
             groups[difference.owner].append(difference)
@@ -139,7 +139,7 @@ class Comparison:
 
     @property
     def summary(self) -> str:
-        """The differences in one line: `3 differences: 1 tag added, 2 rungs changed`."""
+        """The differences on one line, such as `3 differences: 1 tag added, 2 rungs changed`."""
         counts = Counter((difference.noun, difference.kind) for difference in self.differences)
         phrases = [f"{count} {noun}{'s'[: count > 1]} {kind}" for (noun, kind), count in counts.items()]
         total = len(self.differences)
@@ -155,7 +155,7 @@ def compared(old: Item, new: Item) -> Comparison:
 
 @dataclass(slots=True)
 class _Scope:
-    """The items and steps of a program, an add-on or the controller that may show renamed tags."""
+    """The items and steps of a program, add-on or controller that may show which tags were renamed."""
 
     removed: list[Item] = field(default_factory=list)
     added: list[Item] = field(default_factory=list)
@@ -220,7 +220,7 @@ class _Comparer:
     def _compare_items(
         self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], path: str
     ) -> None:
-        """Compare the inner items of an item with a path."""
+        """Compare the inner items of the item at a path."""
         old, new = _with_same_parts(old, new)
         old_items, new_items = _only_items(old), _only_items(new)
         pairs = _pairs_by_key(old_items, new_items)
@@ -246,7 +246,7 @@ class _Comparer:
         (scope.removed if kind == REMOVED else scope.added).append(item)
 
     def _compare_orders(self, new: Sequence[Item | CommonPart], pairs: Mapping[int, int], path: str) -> None:
-        """Note each kind of items of which pairs have another order; report it if the order matters.
+        """Note each kind of item whose pairs are in a different order; report it if the order matters.
 
         Args:
             pairs: old indexes by new index.
@@ -313,7 +313,7 @@ class _Comparer:
             self._apart[change].append(place)
 
     def apart_lines(self) -> Iterator[str]:
-        """Yield a line for each kind of change that is listed apart."""
+        """Yield a line for each kind of change that is listed separately."""
         yield from (f"{change} {', '.join(places)}" for change, places in self._apart.items())
 
 
@@ -348,7 +348,7 @@ def _only_items(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
 
 
 def _pairs_of_parts(old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]) -> dict[int, int]:
-    """Return old indexes by new index of common parts; parts with the same content are paired in order."""
+    """Return the old indexes of common parts by new index; parts with equal content pair up in order."""
     old_indexes: defaultdict[bytes, deque[int]] = defaultdict(deque)
     for i, part in enumerate(old):
         if isinstance(part, CommonPart):
@@ -359,7 +359,7 @@ def _pairs_of_parts(old: Sequence[Item | CommonPart], new: Sequence[Item | Commo
 
 
 def _pairs_by_key(old: Mapping[int, Item], new: Mapping[int, Item]) -> dict[int, int]:
-    """Return old indexes by new index of items with the same noun and name; repeated ones in order."""
+    """Return the old indexes of items with the same noun and name by new index, repeated ones in order."""
     old_indexes: defaultdict[tuple[str, str], deque[int]] = defaultdict(deque)
     for i, item in old.items():
         old_indexes[item.key].append(i)
@@ -369,7 +369,7 @@ def _pairs_by_key(old: Mapping[int, Item], new: Mapping[int, Item]) -> dict[int,
 def _pairs_by_content(
     old: dict[int, Item], removed: Sequence[int], new: dict[int, Item], added: Sequence[int]
 ) -> dict[int, int]:
-    """Return old indexes by new index of added items with the content of only one removed item."""
+    """Return the old indexes, by new index, of added items whose content only one removed item has."""
     if not removed or not added:
         return {}
     old_indexes, new_indexes = _by_content(old, removed), _by_content(new, added)
@@ -420,9 +420,9 @@ def _names(part: Item | CommonPart) -> str:
 
 
 def _unpaired_differences(entry: _Unpaired, new_tags: dict[str, Item]) -> Iterator[Difference]:
-    """Yield the difference of an item that one version has.
+    """Yield the differences for an item that only one version has.
 
-    A renamed tag has one difference at the place of its old name, and none at the place of its new name.
+    A renamed tag has one difference, at the place of its old name.
     """
     item, owner = entry.item, entry.owner
     if item.noun in TAGS and entry.kind == REMOVED:

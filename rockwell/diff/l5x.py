@@ -1,6 +1,6 @@
-"""Reads an L5X as an outline: every attribute and every text is a field or a step of an item.
+"""Reads an L5X as an outline, in which every attribute and every text is a field or a step of an item.
 
-An unknown element becomes a field labeled with its path, so that no difference is missed.
+An unknown element becomes a field labeled with its path, so no difference is missed.
 
     <Tag Name="Fill" DataType="TIMER"> … Name="PRE" Value="5000"/>     DataType = TIMER, .PRE = 5000
     <Port Id="1" Address="3"/> of a module                             Port 1.Address = 3
@@ -46,7 +46,7 @@ DATES = frozenset(
 """Attributes with the time, the author and the options of an export."""
 
 PLACES = frozenset(("X", "Y", "HideDesc", "DescX", "DescY", "DescWidth", "Show", "ShowActions", "Width"))
-"""Attributes of a chart's elements that only affect its picture."""
+"""Attributes of chart elements that affect only the picture."""
 
 _KEYS = ("Name", "Id", "ID", "Operand", "Index", "Number", "Format", "Lang")
 """Attributes that name an element among its siblings."""
@@ -111,7 +111,7 @@ def _add_attribute(item: Item, name: str, label: str, text: str) -> None:
 
 
 def _numbered(label: str, counts: Counter[str]) -> str:
-    """Count a label; return it, with a number from the second one on."""
+    """Count a label; return it, with a number from its second occurrence on."""
     counts[label] += 1
     return label if counts[label] == 1 else f"{label} #{counts[label]}"
 
@@ -223,7 +223,7 @@ class _L5xOutline:
         """Add the values of a tag, decorated ones by member.
 
         Args:
-            repeated: whether they are also in the file as decorated data, so that this form is a detail.
+            repeated: whether the file also has them as decorated data, so that this form is only a detail.
         """
         form, prefix = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
         if form == "Decorated":
@@ -348,7 +348,7 @@ def _outside_of_sheets(content: Any) -> Iterator[Any]:
 
 
 def _names(sheet: Any) -> dict[str, str]:
-    """Return the operand or the name of a sheet's elements by ID; without one, the tag and a number."""
+    """Return the operand or name of each element of a sheet by ID; without either, its tag and a number."""
     names: dict[str, str] = {}
     counts: Counter[str] = Counter()
     for node in sheet.iter("*"):

@@ -1,4 +1,4 @@
-"""An export as items: programs, routines, tags, types, modules, each with fields, steps and inner items.
+"""An export as items (programs, routines, tags, types, modules) with fields, steps and inner items.
 
     item       noun, name, line
       fields     label and text
@@ -56,7 +56,7 @@ class Item:
 
     @property
     def key(self) -> tuple[str, str]:
-        """Its noun, and its name in capitals; items of both versions with the same key correspond."""
+        """Its noun, and its name in capitals; items with the same key in both versions correspond."""
         return self.noun, self.name.upper()
 
     def opened(self) -> Iterator[Item]:
@@ -91,7 +91,7 @@ OWNERLESS = frozenset(("export", "controller"))
 
 
 def path_of(owner: str, item: Item) -> str:
-    """Return the path of an item, which is its owner and its name; "" for the whole export."""
+    """Return the path of an item: its owner and its name; "" for the whole export."""
     if item.noun in OWNERLESS:
         return ""
     return ", ".join(filter(None, (owner, item.name)))

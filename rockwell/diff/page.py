@@ -1,6 +1,6 @@
-"""A comparison as one HTML file: both versions side by side, with changed rungs drawn and differences marked.
+"""Writes a comparison as one HTML file: both versions side by side, changed rungs drawn, differences marked.
 
-The page loads nothing and runs no script: its content policy only allows its own style sheet. Every text from
+The page loads nothing and runs no script; its content policy allows only its own style sheet. Every text from
 the files is escaped, and characters without a glyph are shown as Python escapes.
 """
 
@@ -23,13 +23,13 @@ from .pairing import tokens_of
 from .rung_pictures import picture, pictures
 
 MOST_PICTURES = 600
-"""Maximum rungs that are drawn; others are shown as text."""
+"""Maximum number of rungs that are drawn; others are shown as text."""
 
 MOST_ROWS = 200
-"""Maximum lines of a difference on the page."""
+"""Maximum number of lines of a difference on the page."""
 
 MOST_CHARACTERS = 20_000
-"""Maximum characters of a line on the page."""
+"""Maximum number of characters of a line on the page."""
 
 SIGNS = {ADDED: "+", REMOVED: "−", CHANGED: "≠", MOVED: "↕", RENAMED: "→"}
 
@@ -157,7 +157,7 @@ def _rows(old_text: str, new_text: str) -> str:
 
 
 def _first_lines(text: str) -> str:
-    """Return the first lines of a text, and the number of the others."""
+    """Return the first lines of a text, and the number of remaining lines."""
     lines = text.splitlines()
     shown = [_shown(line) for line in lines[:MOST_ROWS]]
     if len(lines) > MOST_ROWS:
@@ -186,7 +186,7 @@ def _with_marks(text: str, tokens: Sequence[str], common: set[int], tag: str) ->
     """Return a text with its tokens in elements `tag`, except the tokens that both texts have.
 
     Args:
-        common: the indexes of these tokens.
+        common: the indexes of the tokens that both texts have.
     """
     _end_with_brackets(tokens, common)
     pieces: list[str] = []
@@ -200,10 +200,10 @@ def _with_marks(text: str, tokens: Sequence[str], common: set[int], tag: str) ->
 
 
 def _end_with_brackets(tokens: Sequence[str], common: set[int]) -> None:
-    """Shift marks that begin with a closing bracket: mark `XIC(Guard)`, not `)XIC(Guard`.
+    """Shift marks that begin with a closing bracket, to mark `XIC(Guard)` and not `)XIC(Guard`.
 
     In `XIC(A)XIC(Guard)`, the first bracket becomes common, and the last one is marked instead. This is
-    possible if the mark is followed by an equal bracket.
+    possible if the same bracket follows the mark.
     """
     for begin, token in enumerate(tokens):
         if token in ")]" and begin not in common:

@@ -2,7 +2,7 @@
 
 unchanged    the longest chain in both orders, see `alignment`
 moved        the same key elsewhere in the routine
-changed      of the others between two unchanged ones: the most similar, or two with the same comment
+changed      between two unchanged steps, the most similar of the others, or two with the same comment
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .alignment import Pair, aligned
 from .outline import LINE, Step
 
 TOKEN = re.compile(r"'(?:[^'$]++|\$.)*+'|\"[^\"]*+\"|[\w.:#\\$%/?]++|\S")
-"""A token of a rung or a line: a mnemonic, an operand, or a sign."""
+"""A token of a rung or line: a mnemonic, an operand, or a punctuation mark."""
 
 _NAMED = re.compile(r"ID=((?:(?! \w+=).)*+)")
 """The name of an element in a connection."""
@@ -27,13 +27,13 @@ ALIKE = 0.5
 """Minimum similarity of a changed rung's two versions."""
 
 WINDOW = 20
-"""Number of rungs before and after the corresponding rung that are compared with a changed rung."""
+"""Number of rungs before and after the corresponding rung to compare with a changed rung."""
 
 MOST_TOKENS = 200_000
-"""Maximum tokens of a stretch; in a longer one, only corresponding rungs are compared."""
+"""Maximum number of tokens in a stretch; in a longer one, only corresponding rungs are compared."""
 
 SHORTEST = 8
-"""Minimum characters of a moved line, since lines like `END_IF;` are everywhere."""
+"""Minimum number of characters of a moved line, since lines like `END_IF;` are everywhere."""
 
 
 class Pairing(NamedTuple):
@@ -77,7 +77,7 @@ def without_renamed_ends(pairs: Sequence[Pairing]) -> list[Pairing]:
 
 
 def _has_renamed_end(pair: Pairing, names: Mapping[str, str]) -> bool:
-    """Return whether a connection differs only by new names of elements."""
+    """Return whether a connection differs only because elements have new names."""
     if pair.old is None or pair.new is None or pair.old.key == pair.new.key or pair.old.name:
         return False
     key = _NAMED.sub(lambda match: f"ID={names.get(match[1], match[1])}", pair.old.key)
@@ -87,7 +87,7 @@ def _has_renamed_end(pair: Pairing, names: Mapping[str, str]) -> bool:
 def _in_order(pairings: list[Pairing], removed: list[Step]) -> list[Pairing]:
     """Return pairings and removed steps in the order of the new version.
 
-    A removed step comes after its predecessor in the old version, unless that is moved.
+    A removed step comes after its predecessor in the old version, unless the predecessor has moved.
     """
     pairings.sort(key=lambda pairing: -1 if pairing.new is None else pairing.new.number)
     kept = sorted(pairing.old.number for pairing in pairings if pairing.old is not None and not pairing.moved)
@@ -163,7 +163,7 @@ class _Unpaired:
 
 
 def _weights(key: str) -> Counter[str]:
-    """Return the weights of a rung's words: 1 for a mnemonic, 2 for an operand; signs are omitted."""
+    """Return the weights of a rung's words: 1 for a mnemonic, 2 for an operand; punctuation is omitted."""
     tokens = tokens_of(key)
     words: Counter[str] = Counter()
     for token, next_token in zip(tokens, [*tokens[1:], ""], strict=True):

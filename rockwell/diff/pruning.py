@@ -3,9 +3,9 @@
     <Tag Name="A" ...> ... </Tag>     in both documents, byte for byte,
     <Tag Name="B" ...> ... </Tag>     and neighbors in both:                    <Cut N="5"/>
 
-Most of two versions is the same, and comparing bytes takes a tenth of the time of parsing elements. Line
-numbers do not change: a cut keeps its newlines. Programs, controller tags and similar elements are compared
-first; in the ones that differ, their tags and routines are compared.
+Two versions are mostly the same, and comparing bytes takes a tenth of the time that parsing elements takes.
+Line numbers do not change: a cut keeps its newlines. Programs, controller tags and similar elements are
+compared first; in the ones that differ, their tags and routines are compared.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _has_own_cuts(document: PrunedDocument) -> bool:
 
 
 def _elements(data: bytes, outer_elements: Iterable[_Element]) -> list[_Element] | None:
-    """Return the outermost elements in other elements; None if there are comments or unterminated CDATA."""
+    """Return the outermost elements inside other elements; None for comments or unterminated CDATA."""
     if data.rfind(b"<![CDATA[") > data.rfind(b"]]>"):
         return None
     elements: list[_Element] = []

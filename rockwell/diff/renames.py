@@ -2,8 +2,8 @@
 
     - Start BOOL     XIC(Start)OTE(Run);  ->  XIC(Begin)OTE(Run);     + Begin BOOL
 
-Rungs with the same instructions use both tags equally often and at the same places, and no other tag matches.
-Otherwise they count as a removed and an added tag.
+Rungs with the same instructions use both tags equally often and in the same places, and no other tag matches.
+Otherwise, they count as a removed and an added tag.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _mnemonics(key: str, _tags: Mapping[str, Item]) -> str:
 def _by_use(
     tags: Mapping[str, Item], steps: Iterable[Step], form: Callable[[str, Mapping[str, Item]], str]
 ) -> dict[object, list[str]]:
-    """Return the names of used tags by type and uses."""
+    """Return the names of the tags that are used, by type and uses."""
     uses_by_name: defaultdict[str, list[Use]] = defaultdict(list)
     for step in steps:
         names = _names_in(step)

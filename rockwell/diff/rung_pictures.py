@@ -1,6 +1,6 @@
 """Draws both versions of a rung as SVG, with the differences marked.
 
-A rung that can't be read, or is too long to draw, has no picture: only its text is shown.
+A rung that can't be read, or is too long to draw, has no picture; only its text is shown.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ WIDTH = 50
 """Columns between the rails."""
 
 MOST_INSTRUCTIONS = 150
-"""Maximum instructions of a rung that is drawn."""
+"""Maximum number of instructions in a rung that is drawn."""
 
 ROW = 20
 _EDGE = 1
@@ -74,7 +74,7 @@ class _SpecsOf(Mapping[str, Spec]):
 
 
 def pictures(old: Step, new: Step) -> tuple[str, str] | None:
-    """Return both versions of a rung as SVG, differences in class `edit`; None if either can't be drawn."""
+    """Return both versions of a rung as SVG, with differences in class `edit`; None if one can't be drawn."""
     old_rung, new_rung = rung_of(old), rung_of(new)
     if old_rung is None or new_rung is None:
         return None

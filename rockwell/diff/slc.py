@@ -1,4 +1,4 @@
-"""Reads RSLogix 500 text as an outline: ladder files, data files by element, slots, forces, other lines."""
+"""Reads RSLogix 500 text as an outline of ladder files, data files, slots, forces, and other lines."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class AddOns:
         return self.shape(name).structure if name in self.records else None
 
     def shape(self, name: str) -> AddOn:
-        """Return an add-on by name in capitals, without logic; raise a LadderError if it is unusable."""
+        """Return an add-on, without logic, by its name in capitals; raise a LadderError if it is unusable."""
         if name in self._errors:
             raise LadderError(self._errors[name])
         if name not in self._shapes:
@@ -159,9 +159,9 @@ class AddOns:
             yield from ((self.records[name].name, routine) for routine in routines)
 
     def build(self, reader: RoutineReader) -> Mapping[str, str]:
-        """Build the add-ons; return why others can't be called, by name in capitals.
+        """Build the add-ons; return the reasons why others can't be called, by name in capitals.
 
-        An encoded add-on is built without logic, so that its type is defined.
+        An encoded add-on is built without logic, so its type is defined.
         """
         withheld: dict[str, str] = {}
         self._errors.clear()  # types may have been defined since
@@ -183,7 +183,7 @@ class AddOns:
         return withheld
 
     def _with_logic(self, shape: AddOn, logic: Iterable[Routine], reader: RoutineReader) -> AddOn:
-        """Return an add-on with those of its routines that run."""
+        """Return an add-on with only the routines that run."""
         record = self.records[shape.name.upper()]
         routines = []
         for routine in logic:

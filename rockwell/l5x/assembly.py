@@ -1,4 +1,4 @@
-"""Assembles a document's parts into a `Controller`; the builder repeats that after each refusal."""
+"""Assembles a document's parts into a `Controller`; the builder repeats this after each refusal."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ CLEARS = "scanrack_clears"
 """Name of a generated fault routine, with which a trial continues after faults."""
 
 FAULT_RECORD = 11
-"""Words of a MajorFaultRecord [1756-PM014]."""
+"""Number of words in a MajorFaultRecord [1756-PM014]."""
 
 ARRAY_LENGTH = 256
 """Length of a generated array that is the argument of an InOut of any length."""
 
 MOST_VALUES = 1_000_000
-"""Maximum values of all tags generated for add-on instructions."""
+"""Maximum number of values in all tags generated for add-on instructions."""
 
 _ZEROS, _INSTANCE, _ARGUMENT = "scanrack_zeros", "scanrack_instance", "scanrack_argument"
 
@@ -125,7 +125,7 @@ class Parts:
         ]
 
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
-        """Return types and dimensions of an add-on instruction's operands; () for other instructions."""
+        """Return the types and dimensions of an add-on instruction's operands; () for other instructions."""
         return self.add_ons[name.upper()].operand_types if name.upper() in self.add_ons else ()
 
     def with_fault_routines(self) -> Parts:
@@ -162,7 +162,7 @@ class Parts:
         return None
 
     def _index(self, scope: str, declared: list[Declaration]) -> dict[str, Declaration]:
-        """Return the declarations of a scope by name in capitals, cached while their number is the same."""
+        """Return the declarations of a scope by name in capitals, cached until their number changes."""
         count, index = self._indexes.get(scope.upper(), (-1, {}))
         if count != len(declared):
             index = {declaration.name.upper(): declaration for declaration in declared}
@@ -201,7 +201,7 @@ def _add_declarations(
 
 
 def emptied(routine: Routine, *numbers: int) -> Routine:
-    """Return a routine with the rungs of these numbers emptied; structured text loses all statements."""
+    """Return a routine with the rungs with these numbers emptied; structured text loses all statements."""
     if routine.statements is not None:
         return replace(routine, statements=())
     rungs = list(routine.rungs)
@@ -213,7 +213,7 @@ def emptied(routine: Routine, *numbers: int) -> Routine:
 def harness_of(parts: Parts) -> Parts:
     """Return a controller with a program for each add-on that calls it once.
 
-    Add-ons whose arguments exceed `MOST_VALUES` are left out, and so are the ones in `uncalled`.
+    Add-ons whose arguments exceed `MOST_VALUES` are omitted, and so are the ones in `uncalled`.
     """
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
@@ -255,7 +255,7 @@ def _count_values(kind: DataType, counts: dict[int, int]) -> int:
 
 
 def call_of(routine: Routine) -> Rung:
-    """Return a rung that calls a routine; it passes the tags of the SBR, which so keep their values."""
+    """Return a rung that calls a routine and passes the tags of its SBR, so that they keep their values."""
     inputs = inputs_of(routine)
     return Rung((Instruction("JSR", (Address(routine.name), number(len(inputs)), *inputs)),))
 

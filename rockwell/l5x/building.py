@@ -18,13 +18,13 @@ from .report import Report
 from .routines import RoutineReader
 
 STAND_IN, DECLARE = "--stand-in", '[stubs] missing_tags = "declare"'
-"""The option of a trial, and the setting of a rack, that declare stand-ins."""
+"""The trial option and the rack setting that declare stand-ins."""
 
 _LACKS = re.compile(r"(?:^|: )no routine |(?<! and) has no member ")
 """Reasons of refusals that stand-ins would avoid."""
 
 ROUNDS = 30
-"""Attempts to build after refusals; each refuses at least one rung."""
+"""Maximum number of attempts to build after refusals; each refuses at least one rung."""
 
 
 class Builder:
@@ -36,7 +36,7 @@ class Builder:
         self.stand_in_option = ""  # the option that would declare stand-ins; "" if it is already on
 
     def build(self, select: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
-        """Return a controller of the selected parts, by default all; None if nothing can be built."""
+        """Return a controller with the selected parts, by default all; None if nothing can be built."""
         for _ in range(ROUNDS):
             parts = select(self._parts)
             controller = parts.assemble(self._report)
@@ -78,7 +78,7 @@ class Builder:
         return True
 
     def empty(self) -> None:
-        """Empty all rungs refused since the last call; at once, because copying a long routine is slow."""
+        """Empty all rungs refused since the last call, all at once because copying a long routine is slow."""
         for (owner, routine), numbers in self._to_empty.items():
             target = self._routine(owner, routine)
             if target is not None and numbers:
@@ -88,9 +88,9 @@ class Builder:
     def refuse(
         self, owner: str, routine: str, number: int, text: str, remedy: str, site: Site = NOWHERE
     ) -> bool:
-        """Refuse a rung, or the whole routine if it is a text or a chart; return whether it existed.
+        """Refuse a rung, or the whole routine if it is structured text or a chart; return whether it existed.
 
-        `empty` then removes refused rungs. A text or a chart is removed at once.
+        `empty` removes refused rungs later. Structured text or a chart is removed immediately.
         """
         routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of routine Sequence
         target = self._routine(owner, routine)
@@ -111,7 +111,7 @@ class Builder:
         return True
 
     def _place_in(self, owner: str, target: Routine, body: str, number: int, line: int) -> tuple[str, int]:
-        """Return a place in a text or a chart as the beginning of a message, and the file's line."""
+        """Return a place in text or a chart as the beginning of a message, and its line in the file."""
         if target.statements is not None:
             place, line = self._reader.place_of(owner, target.name, number)
             return f"{place}: ", line
@@ -127,7 +127,7 @@ class Builder:
             self._replace(owner, routine, emptied(target))
 
     def _with_explanation(self, owner: str, text: str, remedy: str, site: Site) -> tuple[str, str]:
-        """Return text and remedy, with the reason why a tag is undeclared, or with a possible stand-in."""
+        """Return text and remedy; add the reason why a tag is undeclared, or a possible stand-in."""
         reason = self._report.reason_undeclared(owner, site.tag) if site.tag else ""
         if reason:
             return f"tag {site.tag} is not declared: {reason}", "correct the tag, or stub the instruction"
@@ -171,7 +171,7 @@ class Builder:
         self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
 
     def _drop_initial(self, tag: str, text: str, parts: Parts) -> bool:
-        """Start a tag with zeros if its initial value does not fit; return whether it had one."""
+        """Let a tag start with zeros because its initial value does not fit; return whether it had one."""
         owner, name = owner_of(tag) if program_of(tag) else ("", tag)
         scope = parts.programs[owner.upper()].declarations if owner else parts.declarations
         for index, declaration in enumerate(scope):

@@ -133,7 +133,7 @@ class _Writer:
             self._links += zip(legs, (self._ids[name.upper()] for name in transition.targets), strict=True)
 
     def _link_selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
-        """Link a step to transitions with no other step on that side, several through a selection branch."""
+        """Link a step to transitions with no other step on that side; use a selection branch for several."""
         key = step.name.upper()
         step_id, row = self._ids[key], self._layout.steps[key][1]
         leaving = list(self._numbers_of(key, numbers, "sources"))

@@ -1,10 +1,10 @@
-"""Sequential function charts of a document: elements and links become steps and transitions.
+"""Reads the sequential function charts of a document; elements and links become steps and transitions.
 
     Step, Stop -- DirectedLink --> Transition -- DirectedLink --> Step
     links enter a diverging Branch at its ID and leave it at the IDs of its legs; a converging one is reversed
 
-Legs of a selection are ordered from left to right, by X of their targets. If the branch has its own priority,
-they are ordered as in the document.
+Legs of a selection are ordered from left to right, by the X of their targets. If the branch has its own
+priority, they have the order of the document.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class _Graph:
             self._link(*((branch, leg) if self._diverges(branch) else (leg, branch)))
 
     def refused(self, element: ElementRecord | None, text: str) -> ChartRefusedError:
-        """Return the error for an element; None is the whole chart."""
+        """Return the error for an element, or for the whole chart if it is None."""
         line = element.line if element is not None else 0
         return ChartRefusedError(f"{_label_of(element)}{text}", Site(file=self._file, line=line))
 
@@ -113,7 +113,7 @@ class _Graph:
         self.predecessors.setdefault(target, []).append(source)
 
     def _diverges(self, branch: int) -> bool:
-        """Return whether a branch diverges, by its attribute; without one, whether links leave its legs."""
+        """Return whether a branch diverges, by its attribute or else by whether links leave its legs."""
         flow = self.elements[branch].attributes.get("BranchFlow", "")
         if flow in ("Diverge", "Converge"):
             return flow == "Diverge"
@@ -121,7 +121,7 @@ class _Graph:
         return any(self.successors.get(leg) for leg in legs)
 
     def neighbors(self, start: int, links: dict[int, list[int]]) -> list[int]:
-        """Return the steps, stops and transitions next to an element or behind its branches, by priority.
+        """Return the steps, stops and transitions linked to an element, directly or by branches, by priority.
 
         Args:
             links: `successors` or `predecessors`.
@@ -140,7 +140,7 @@ class _Graph:
         return ends
 
     def _ordered(self, key: int, links: dict[int, list[int]]) -> list[int]:
-        """Return the neighbors of an element; legs from left to right, unless they have priorities."""
+        """Return the neighbors of an element; legs go from left to right unless they have priorities."""
         ordered = list(dict.fromkeys(links.get(key, ())))
         element = self.elements[key]
         if element.tag == "Branch" and element.attributes.get("Priority", "Default") != "Default":
@@ -148,7 +148,7 @@ class _Graph:
         return sorted(ordered, key=lambda neighbor: self._x(neighbor, links))
 
     def _x(self, key: int, links: dict[int, list[int]]) -> int:
-        """Return the X of an element or of the first one with an X behind it; 0 if there is none."""
+        """Return the X of an element, or of the first element after it that has an X; 0 if there is none."""
         for _ in range(len(self.elements)):
             text = self.elements[key].attributes.get("X", "")
             if text.lstrip("-").isdecimal() and text.isascii():
@@ -176,7 +176,7 @@ class _Graph:
 
 
 def _label_of(element: ElementRecord | None) -> str:
-    """Return the kind and name of an element with a blank at the end; "" for the whole chart."""
+    """Return the kind and name of an element, followed by a blank; "" for the whole chart."""
     if element is None:
         return ""
     kind = "link" if element.tag == "DirectedLink" else element.tag.lower()

@@ -71,7 +71,7 @@ class Completion:
 
     @cached_property
     def _has_aliases_of_missing_modules(self) -> bool:
-        """Whether an alias names an undeclared module tag."""
+        """Return whether an alias names an undeclared module tag."""
         scopes = [("", self._parts.declarations)]
         scopes += [(program.name, program.declarations) for program in self._parts.programs.values()]
         for program, declarations in scopes:
@@ -83,7 +83,7 @@ class Completion:
         return False
 
     def _missing(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the name and steps of a missing tag that is to be declared; None for other addresses."""
+        """Return the name and steps of a missing tag that must be declared; None for other addresses."""
         address = self._parts.without_aliases(program, address)
         if self._parts.declaration(program, address.name) is not None:
             return None
@@ -144,7 +144,7 @@ class Completion:
     def _set_main(self, part: ProgramPart, called: Iterable[str]) -> None:
         """Set the main routine of a program: its only routine, or a generated one that calls the others.
 
-        A routine with inputs can't be the main routine: it is called, too.
+        A routine with inputs can't be the main routine, so the generated one calls it, too.
 
         Args:
             called: names of called routines, in capitals.

@@ -1,4 +1,4 @@
-"""Online edits in an export: which of its rungs the controller executes [1756-RM084, rung types].
+"""Finds which rungs of an export with online edits the controller executes [1756-RM084, rung types].
 
 A controller runs the original rungs until it tests the accepted edits (`TestEdits` of the program); pending
 edits exist only in the programming software.
@@ -35,7 +35,7 @@ RUNG_TYPES = {
     "r": RungType("a rung with a pending replacement", runs=True, tested=True),
     "d": RungType("a rung to be deleted by a pending edit", runs=True, tested=True),
 }
-"""Rows by the Type of a rung; an r before a type says that a replacement of the rung is pending."""
+"""Rows by the Type of a rung; an r before a type means that a replacement of the rung is pending."""
 
 ORIGINAL, PENDING, TESTED = "Original", "PendingEdits", "TestEdits"
 TEXT_TYPES = {

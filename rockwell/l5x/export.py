@@ -36,7 +36,7 @@ from .xml.records import ElementRecord
 from .xml.writing import cdata, element, flag, text_element, write_statements
 
 REVISION = "32.02"
-"""Software revision of the written file; later revisions can import it."""
+"""Software revision of the exported file; later revisions can import it."""
 
 _USAGES = {ParameterMode.INPUT: "Input", ParameterMode.OUTPUT: "Output", ParameterMode.INOUT: "InOut"}
 _CONTEXT = {"Use": "Context"}
@@ -229,7 +229,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
 
 
 def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], initial: Any) -> None:
-    """Add decorated data of an initial value, unless it is zero."""
+    """Add an initial value as decorated data, unless it is zero."""
     if initial is not None:
         _write_value(element(parent, name, Format="Decorated"), kind, dims, initial)
 
@@ -237,7 +237,7 @@ def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], i
 def _write_value(
     parent: Any, kind: DataType, dims: tuple[int, ...], value: Any, member: str | None = None
 ) -> None:
-    """Add the value of a tag, or of a structure's member; None is zero."""
+    """Add the value of a tag, or of a structure's member; None means zero."""
     suffix, attributes = ("", {}) if member is None else ("Member", {"Name": member})
     attributes["DataType"] = kind.name
     if dims:
@@ -256,7 +256,7 @@ def _joined(dims: tuple[int, ...]) -> str:
 def _write_array(
     parent: Any, kind: DataType, dims: tuple[int, ...], values: Any, outer_index: tuple[int, ...] = ()
 ) -> None:
-    """Add the elements of an array, or of a row of it; missing values are zero."""
+    """Add the elements of an array, or of one of its rows; missing values are zero."""
     for number in range(dims[0]):
         value = values[number] if isinstance(values, list) and number < len(values) else None
         index = (*outer_index, number)

@@ -1,4 +1,4 @@
-"""Import of an L5X as a runnable controller, with a report."""
+"""Imports an L5X as a runnable controller, with a report."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def import_l5x(
 
     Args:
         stubs: replacements of instructions and of refused routines, by name.
-        slots: slots of the rack to which module tags are bound; None without a rack.
-        trial: whether to check uncalled add-on instructions also, and to let messages complete.
+        slots: slots of the rack, to which module tags are bound; None without a rack.
+        trial: whether to check uncalled add-on instructions, too, and to let messages complete.
         memory_mib: limit for the memory of all tags, MiB.
     """
     with collector_paused():
@@ -113,7 +113,7 @@ class Importer:
         return L5xImport(self._document, self.report, controller, self._parts, self._reader)
 
     def _stub_messages(self) -> None:
-        """Let messages without a stub complete; report that if the program has messages."""
+        """Let messages without a stub complete; report this if the program has messages."""
         self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
         instructions = all_instructions(routine for _, routine in self._parts.all_routines())
         if any(instruction.name == ALL_MESSAGES for instruction in instructions):
@@ -166,7 +166,7 @@ class Importer:
             names.add(data_type.name.upper())
 
     def _define_types(self) -> None:
-        """Define missing types, inferred from their use."""
+        """Define missing types by inferring them from their use."""
         unknown = UnknownTypes(self._document, self._types)
         if not unknown:
             return
@@ -199,7 +199,7 @@ class Importer:
     def _refuse_absent(self) -> None:
         """Refuse rungs that call add-on instructions without a definition.
 
-        Statements are reported as refused, but the rest of their routine runs: the stub does nothing.
+        Statements are reported as refused, but the rest of their routine runs, since the stub does nothing.
         """
         for owner, routine in self._parts.all_routines() if self._absent else ():
             for number, instruction in routine.instructions():

@@ -8,7 +8,7 @@ from __future__ import annotations
 from scanrack.ladder.instructions import BY_NAME
 
 OWN = frozenset({"ASSERT"})
-"""Instructions of scanrack that no controller has."""
+"""Instructions that scanrack has but no controller has."""
 
 MNEMONICS = frozenset(BY_NAME) - OWN | frozenset(
     """

@@ -1,12 +1,12 @@
 """Tags of a document's modules: `Local:1:I`, `Rack:3:O`, `Drive:I1`, `Local:2:C`.
 
-The prefix is chassis and slot, or the name of a module on a network. The values in the document show the
-members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
+The prefix is the chassis and slot, or the name of a module on a network. The members of a tag are taken from
+its values in the document. A module with a rack connection has aliases of parts of its adapter's tags.
 
 `Local:1:I` and `Local:1:O` of a slot in the rack are the images of that slot. Their members have the names of
 the generic profile (`Data[0]`), of the 3601's profile (`Data0`, `ModuleOK`) or of cards. All other tags of
-modules are unconnected memory, which tests, the debugger and plants may set. Output images and memory begin
-with the values of the document.
+modules are unconnected memory, which tests, the debugger and plants may set. Output images and memory start
+with the values in the document.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from .xml.parsing import L5xError
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
-"""Types of ports with addresses that are not slots."""
+"""Port types whose addresses are not slots."""
 
 _SLOT_ARRAYS = ("Data", "Slot")  # arrays with one element per slot in the tag of an adapter
 
@@ -175,7 +175,7 @@ def _has_values(data: Data) -> bool:
 
 
 def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
-    """Return a type with the words of a module of which only the size is known; None without a size.
+    """Return a type with a module's words if only their size is known; None without a size.
 
     The words are Data; the bytes of inputs begin with Fault.
     """
@@ -211,7 +211,7 @@ FAULT_BYTES = 4
 
 
 def _shown_type(tag: ModuleTagRecord, types: Types) -> DataType | None:
-    """Return the type that the first readable values of a tag show."""
+    """Return the type inferred from the first readable values of a tag."""
     for data in tag.data:
         for inner in data.element.iterchildren("Structure", "DataValue"):
             kind = types.show(inner)

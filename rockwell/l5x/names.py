@@ -1,4 +1,4 @@
-"""Tags of a document by name, before they are declared: records, aliases, types."""
+"""Looks up the tags of a document by name, before they are declared: records, aliases, types."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Names:
         }
 
     def record(self, owner: str, name: str) -> TagRecord | None:
-        """Return the tag of a name in the scope of a program or an add-on; None if it is undeclared."""
+        """Return the tag with a name in the scope of a program or add-on; None if it is undeclared."""
         add_on = self.add_ons.get(owner.upper())
         if add_on is not None and name.upper() in add_on:
             return add_on[name.upper()]

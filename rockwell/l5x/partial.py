@@ -26,7 +26,7 @@ _OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetL
 def partial_l5x(data: bytes, name: str, file: str = "the L5X") -> bytes:
     """Return a program (`Main`) or routine (`Main.Sequence`) of an L5X as an L5X.
 
-    A file that already exports exactly this object is returned unchanged.
+    A file that already exports exactly this object remains unchanged.
 
     Raises:
         LadderError: the file can't be read, or has no such object.
@@ -92,7 +92,7 @@ class _Extraction:
         yield from self._with_attributes(root, attributes)
 
     def _with_attributes(self, span: Span, attributes: Mapping[str, str | None]) -> Iterator[Splice]:
-        """Yield the splices that set attributes, or remove the ones that are None."""
+        """Yield the splices that set attributes, or remove attributes whose value is None."""
         for name, value in attributes.items():
             if span.attributes.get(name) != value:
                 yield self._text.attribute(span, name, value)
@@ -120,7 +120,7 @@ class _Extraction:
                 yield from self._without_use(content.children)
 
     def _without_use(self, spans: Iterable[Span]) -> Iterator[Splice]:
-        """Yield the splices that remove the Use attribute of another export's target or context."""
+        """Yield the splices that remove the Use attributes, which mark another export's target or context."""
         for span in spans:
             if span.attributes.get("Use", "Reference") != "Reference":
                 yield self._text.attribute(span, "Use", None)

@@ -1,6 +1,6 @@
 """Presets in the rungs of a document: `TON(Delay,5000,0)` shows PRE and ACC at the time of the export.
 
-The data of the tags have the same values. A preset that can't be an initial value is replaced by `?`:
+The data of the tags has the same values. A preset that can't be an initial value is replaced by `?`:
 
 | case | reason |
 |---|---|

@@ -1,7 +1,7 @@
-"""The report of an import: every rung is either imported, or refused with place, reason and remedy.
+"""The report of an import: every rung is either imported, or refused with a place, reason and remedy.
 
-Always `imported + len(refused) == rungs`. Other content is refused as an object: a function block diagram, an
-encoded add-on, a line of structured text.
+`imported + len(refused) == rungs` is always true. Other content is refused as an object: a function block
+diagram, an encoded add-on, or a line of structured text.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .edits import Edit
 _COUNTED = ("total", "imported", "refused", "ran")
 
 LOST_SHOWN = 8
-"""Names listed in the warning of a run."""
+"""Maximum number of names listed in the warning of a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class StructuredRoutine:
         return self.refused >= self.statements and bool(self.refused)
 
     def totals_and_refused(self) -> dict[str, tuple[int, int]]:
-        """Return the total and the refused number of `routines`, `lines` and `statements`.
+        """Return the total number and the refused number of `routines`, `lines` and `statements`.
 
         Each refused statement counts as one line, since its lines are not recorded.
         """
@@ -144,7 +144,7 @@ class Report:
         return [text for text in self.texts if text.kind in kinds]
 
     def drawn(self, kind: str) -> dict[str, int]:
-        """Count charts, `SFC`, or function block diagrams, `FBD`: total, imported, refused, ran."""
+        """Count charts (`SFC`) or function block diagrams (`FBD`): total, imported, refused, ran."""
         routines = self._routines_of_kind(kind)
         refused = sum(routine.is_refused for routine in routines)
         ran = sum(routine.ran and not routine.is_refused for routine in routines)
@@ -170,7 +170,7 @@ class Report:
             self.lost.append(name)
 
     def leave_out(self, name: str, reason: str, line: int = 0) -> None:
-        """Add a note on a tag that can't be declared; refusals of rungs with the tag repeat the reason."""
+        """Add a note on a tag that can't be declared; refusals of rungs that use it repeat the reason."""
         self.undeclared[name.upper()] = reason
         self.lose(name, f"it is not declared: {reason}", line)
 

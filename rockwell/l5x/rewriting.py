@@ -1,6 +1,6 @@
-"""Edits rungs in an L5X; the bytes of all other elements stay as Studio 5000 wrote them.
+"""Edits rungs in an L5X; all other elements remain byte for byte as Studio 5000 wrote them.
 
-An edited rung gets a new text and keeps its comment. Rungs after a new or a deleted rung are numbered again.
+An edited rung gets a new text and keeps its comment. Rungs after a new or deleted rung are renumbered.
 New tags are base tags of their program.
 """
 
@@ -49,7 +49,7 @@ def rewritten_l5x(
 
 
 def _program(text: L5xText, file: str, name: str) -> Span:
-    """Return the program with a name; for an empty name, the only program."""
+    """Return the program with a name; for an empty name, return the only program."""
     programs = text.programs
     matches = list(defined(programs, name)) if name or len(programs) != 1 else programs
     if not matches:
@@ -58,7 +58,7 @@ def _program(text: L5xText, file: str, name: str) -> Span:
 
 
 def _alternatives(text: L5xText, spans: Sequence[Span]) -> str:
-    """Return the end of a message: names and lines of the elements that the file has; "" without any."""
+    """Return the end of a message: the names and lines of the file's elements; "" if it has none."""
     names = ", ".join(f"{span.name} (line {text.line(span.begin)})" for span in spans[:5])
     return f": it has {names}{', …' if len(spans) > 5 else ''}" if spans else ""
 

@@ -1,6 +1,6 @@
 """Reads rungs and structured text of a document; a refused rung becomes an empty one.
 
-The number of a rung in the tree is its index in the document, so that a later refusal finds its text.
+The number of a rung in the tree is its index in the document, so a later refusal can find its text.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def instruction_names(routines: Iterable[RoutineRecord]) -> list[str]:
 
 
 def _column(text: str, site: Site) -> int:
-    """Return the column of a site in a rung: its own column, else its instruction's, else 1."""
+    """Return the column of a site in a rung: its own, or its instruction's, or otherwise 1."""
     if site.column or not site.instruction:
         return site.column or 1
     column = text.find(site.instruction)
@@ -237,7 +237,7 @@ class RoutineReader:
         return tags
 
     def place_of(self, owner: str, routine: str, number: int) -> tuple[str, int]:
-        """Return a place in a message, and the file's line, for a line of a text or of a diagram's text."""
+        """Return the place (for a message) and the file line for a line of structured text or a diagram."""
         diagram = self._diagrams.get((owner.upper(), routine.upper()))
         if diagram is not None:
             line = diagram.lines[min(max(number - 1, 0), len(diagram.lines) - 1)]
@@ -298,7 +298,7 @@ class RoutineReader:
         )
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:
-        """Refuse a statement by its line; the other statements of its routine stay."""
+        """Refuse a statement by its line; the other statements of its routine remain."""
         structured = self._texts.get((owner.upper(), routine.upper()))
         if structured is None:
             return

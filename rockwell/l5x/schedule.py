@@ -72,7 +72,7 @@ _CHART_OPTIONS: tuple[Mapping[str, Enum], ...] = (
 
 
 def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
-    """Return the options of a document's charts; a missing or invalid option is the first one of its row."""
+    """Return a document's chart options; a missing or invalid option has the first value of its row."""
     chosen: list[Any] = []
     for text, options in zip(document.charts, _CHART_OPTIONS, strict=True):
         by_text = dict(options) | {name.removesuffix("Reset"): option for name, option in options.items()}

@@ -78,7 +78,7 @@ def note_forces(
 
 
 def type_of(record: TagRecord, types: Types) -> DataType:
-    """Return a tag's type, found by name, or from its decorated values.
+    """Return a tag's type, found by its name or inferred from the tag's decorated values.
 
     Raises:
         UnknownTypeError: the type is undefined.
@@ -190,7 +190,7 @@ def _full_name(owner: str, address: str, records: Iterable[TagRecord]) -> str:
 
 
 def _rpi_ns(text: str) -> int:
-    """Return an RPI, given in ms, in ns; 0 if it is missing or invalid."""
+    """Convert an RPI from ms to ns; return 0 if it is missing or invalid."""
     try:
         rpi_ns = Decimal(text) * 1_000_000
     except InvalidOperation:
@@ -208,7 +208,7 @@ def _parameters(record: TagRecord) -> dict[str, str]:
 
 
 def _ratio(counts: str | None, per_unit: str | None) -> float:
-    """Return counts divided by counts per unit; 0.0 if the ratio is no positive number."""
+    """Return counts divided by counts per unit; 0.0 if the ratio is not a positive number."""
     try:
         ratio = float(counts or 0) / float(per_unit or 0)
     except (ValueError, ZeroDivisionError):

@@ -1,12 +1,12 @@
 """A trial: an imported controller runs in both back ends, scan by scan, from the same memory.
 
-A rung counts as run if its program completed all scans, and if after each scan both back ends had the same
-values in all variables and the same fault. Refused rungs are empty in a trial. A major fault that both back
-ends report ends the scan, not the trial. A watchdog fault ends the trial: the program never completes a scan.
-Programs that no task runs, and add-on instructions, run in their own controllers.
+A rung counts as run if its program completed all scans, and both back ends had the same values in all
+variables and the same fault after each scan. Refused rungs are empty in a trial. A major fault that both back
+ends report ends the scan, not the trial. A watchdog fault ends the trial, because the program never completes
+a scan. Programs that no task runs, and add-on instructions, run in their own controllers.
 
 The interpreter counts rungs and statements, because loops and nested calls can make a scan endless. A trial
-ends at a maximum count. The limit is a count, not a time, so that reports are reproducible.
+ends at a maximum count. The limit is a count and not a time, so that reports are reproducible.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from .assembly import Parts, harness_of, idle_routine, implicit_task, owner_of, 
 from .importer import L5xImport
 
 SCANS = 100
-"""Scans of a trial."""
+"""Number of scans in a trial."""
 
 MOST_IN_SCAN = 1_000_000
-"""Maximum rungs and statements per scan: more than a controller executes within its watchdog of 500 ms."""
+"""Maximum rungs and statements per scan, more than a controller executes within its 500 ms watchdog."""
 
 MOST_IN_ALL = 4_000_000
-"""Maximum rungs and statements in a trial: over twice what 15,000 rungs take in 100 scans."""
+"""Maximum rungs and statements in a trial, more than twice the number for 15,000 rungs in 100 scans."""
 
 
 def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
@@ -162,7 +162,7 @@ class Outcome:
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:
-    """Run a controller or program on both back ends; compare after each scan."""
+    """Run a controller or program on both back ends; compare them after each scan."""
     outcome = Outcome()
     compiled, interpreted = controller.compile(), controller.interpret()
     for number in range(work.scans):

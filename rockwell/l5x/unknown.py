@@ -1,8 +1,8 @@
-"""Types that a document does not define: types of modules, or types missing in a partial export.
+"""Infers types that a document does not define: module types, or types missing in a partial export.
 
-They get the members that rungs name, with types inferred from their use (`type_inference`). An axis has
-hundreds of members, depending on kind and revision. Members in use that `AXIS_TYPES` lacks are added to its
-type in the same way.
+These types get the members that rungs name, with types inferred from their use (`type_inference`). An axis
+has hundreds of members, depending on kind and revision. Members in use that `AXIS_TYPES` lacks are added to
+its type in the same way.
 
 A call shows the types of its arguments: after `Guard(G1,Door:I,Door:I.Ch0)`, Door:I has the type of the first
 InOut, and its member Ch0 the type of the second InOut.
@@ -46,7 +46,7 @@ class Argument(NamedTuple):
 
 
 AXES = AXIS_TYPES["AXIS_CIP_DRIVE"]
-"""An axis type; all of them have the same members."""
+"""An axis type; all axis types have the same members."""
 
 _DEEPEST = 64  # maximum depth of types that depend on each other
 
@@ -69,7 +69,7 @@ class UnknownTypes:
         self._routines_with_axes = frozenset(self._naming_axis_members(document))
 
     def __bool__(self) -> bool:
-        """Whether any type is undefined, or an axis lacks members."""
+        """Return whether any type is undefined, or an axis lacks members."""
         return bool(self.names or self._routines_with_axes)
 
     def _missing(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
@@ -135,7 +135,7 @@ class UnknownTypes:
         return {name: defined[key] for key, name in self.names.items()} | self._extend_axes(guesses)
 
     def _undeclared(self, arguments: Iterable[Argument]) -> Iterator[tuple[str, str]]:
-        """Yield the name in capitals and the InOut's type of arguments that are undeclared tags."""
+        """Yield the name (in capitals) and the InOut's type for each argument that is an undeclared tag."""
         for owner, address, inout in arguments:
             if not address.steps and not inout.dims and self._record(owner, address.name) is None:
                 yield address.name.upper(), inout.type
@@ -199,7 +199,7 @@ class UnknownTypes:
                     yield Argument(owner, operand, parameter)
 
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the undefined type to which an address leads, and the remaining steps; None if none does.
+        """Return the undefined type that an address leads to, and the remaining steps; None if there is none.
 
         An axis counts as undefined if the next step is a member that `AXIS_TYPES` lacks.
         """
@@ -240,7 +240,7 @@ class UnknownTypes:
 
 
 def _members_named(routine: RoutineRecord) -> Iterator[tuple[str, str]]:
-    """Yield names before and after a dot in a routine's texts, and axis and attribute of each GSV and SSV."""
+    """Yield the names around each dot in a routine, and the axis and attribute of each GSV and SSV."""
     for text in (*(rung.text for rung in routine.rungs), *(text for text, _ in routine.lines)):
         yield from _MEMBER.findall(text)
         yield from _ATTRIBUTE.findall(text)

@@ -1,6 +1,6 @@
-"""Adds members with inferred types to structures: members that rungs name and the structures lack.
+"""Adds members to structures that lack them although rungs name them, and infers their types.
 
-They are at the end of a user-defined or module structure. COP and SIZE see the longer structure.
+The members are added at the end of a user-defined or module structure. COP and SIZE see the longer structure.
 """
 
 from __future__ import annotations

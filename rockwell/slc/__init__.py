@@ -1,4 +1,4 @@
-"""RSLogix 500 exports: the text of an SLC 500 or MicroLogix program, read and written.
+"""Reads and writes RSLogix 500 exports, which are the text of an SLC 500 or MicroLogix program.
 
     SOR BST XIC I:1.0/3 NXB XIC B3/17 BND TON T4:0 0.01 500 0 EOR
 

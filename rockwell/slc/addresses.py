@@ -2,7 +2,7 @@
 
 | export | meaning |
 |---|---|
-| `N7:3`, `N7:3/5` | word 3 of the file N7, its bit 5 |
+| `N7:3`, `N7:3/5` | word 3 of the file N7; bit 5 of that word |
 | `B3/17` | bit 17 of the file: bit 1 of word 1 |
 | `I:1.2/3`, `I:1/19` | slot 1, word 2, bit 3; bit 19 of the slot, which is word 1, bit 3 |
 | `T4:0.ACC`, `T4:0/DN` | a member of timer 0 |
@@ -60,7 +60,7 @@ class AddressTextError(LadderError):
 
 
 def is_address(text: str) -> bool:
-    """Return whether a text has the form of an address.
+    """Return whether text has the form of an address.
 
     >>> is_address("B3/17"), is_address("#N7:0"), is_address("100"), is_address("ADD")
     (True, True, False, False)
@@ -154,7 +154,7 @@ def _steps_in_structure(letters: str, part: str | None, bit: str | None, text: s
 
 
 def _image(letters: str, match: re.Match[str], text: str) -> Address:
-    """Return an address in an image; a bit number above 15 is in a later word."""
+    """Return an address in an image; a bit number above 15 means a later word."""
     slot, part, bit = match["element"], match["part"] or "0", match["bit"]
     if slot is None or not slot.isdigit() or not part.isdigit():
         raise AddressTextError(f"{text!r}: write slot and word, as in {letters}:1.0")
@@ -209,7 +209,7 @@ def _address_text(address: Address) -> str:
 
 
 def _number_of_bit(address: Address) -> Operand | None:
-    """Return the number of a bit that `_bit_of_file` reads in brackets; None for other addresses."""
+    """Return the bit number that `_bit_of_file` reads in brackets; None for other addresses."""
     if len(address.steps) != 2:
         return None
     first, second = address.steps

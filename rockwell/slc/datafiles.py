@@ -3,7 +3,7 @@
 A file extends to its last value in DATA, or to the last element in rungs if that is later. A file with an
 indirect address has all 256 elements. A slot has at least as many words as its SLOT line states.
 
-Elements have the values in DATA. Without readable values, a timer, counter or control has the values in its
+Elements have the values in DATA. Without readable values, a timer, counter or control gets the values in its
 rung, and any other element is 0.
 """
 
@@ -36,7 +36,7 @@ from .datavalues import placed_rows, value_of
 from .records import DataRecord
 
 MOST = 256
-"""Maximum elements of a file."""
+"""Maximum number of elements in a file."""
 
 TYPES: Mapping[str, DataType] = {
     **dict.fromkeys(("S", "B", "N", "A", "D"), INT),
@@ -97,7 +97,7 @@ class DataFiles:
     # --- values
 
     def add_image(self, name: str, words: int) -> None:
-        """Add the image of a slot with a minimum number of words; without words do nothing."""
+        """Add the image of a slot with a minimum number of words; with 0 words, do nothing."""
         if words:
             self._file(name).need(words)
 

@@ -23,7 +23,7 @@ from .addresses import STRUCTURED, WORDS
 from .records import DataRecord, DataRow
 
 TEXT_LENGTH = 82
-"""Maximum characters of an element in a file of strings (ST)."""
+"""Maximum number of characters in an element of a string file (ST)."""
 
 _HEX = re.compile(r"(?:0X|16#)([0-9A-F]{1,16})|([0-9A-F]{1,16})H", re.IGNORECASE)
 _DECIMAL = re.compile(r"[+-]?[0-9]{1,18}")
@@ -69,7 +69,7 @@ def _text(word: str) -> str:
 
 
 def _real(word: str) -> float:
-    """Return a value of a file F, also in the Windows notations `1.#INF` and `1.#QNAN`."""
+    """Return a value of a file F, including the Windows notations `1.#INF` and `1.#QNAN`."""
     unsigned = word.lower().lstrip("+-")
     if unsigned.startswith("1.#"):
         value = math.inf if unsigned.startswith("1.#inf") else math.nan
@@ -84,7 +84,7 @@ def _integer(word: str, bits: int) -> int:
     """Return a signed value such as -3, 0XFF, 0FFh, 16#FF or sixteen binary digits.
 
     Raises:
-        ValueError: the text is no such value, or does not fit.
+        ValueError: the text is not an integer value, or the value does not fit.
     """
     if len(word) == 16 and set(word) <= {"0", "1"}:
         value = int(word, 2)

@@ -44,10 +44,10 @@ from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
 
 MOST_BYTES = 4 * 1024 * 1024
-"""Maximum bytes of a file; an SLC 500 has 64 K words of program memory."""
+"""Maximum size of a file, in bytes; an SLC 500 has 64 K words of program memory."""
 
 MOST_RUNGS = 65_536
-"""Maximum rungs of a file."""
+"""Maximum number of rungs in a file."""
 
 
 class SlcError(LadderError):
@@ -99,7 +99,7 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
     """Read the bytes of an export, see `parse_document`.
 
     Raises:
-        SlcError: the bytes are too many, or not text, or have no rungs.
+        SlcError: the bytes are too many, are not text, or have no rungs.
     """
     if len(data) > MOST_BYTES:
         raise SlcError(f"{file}: the file has more than {MOST_BYTES:,} bytes")
@@ -109,7 +109,7 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
 
 
 def text_of(data: bytes) -> str:
-    """Decode a text; RSLogix 500 writes Windows-1252, other software UTF-8."""
+    """Decode text; RSLogix 500 writes Windows-1252, and other software writes UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -120,7 +120,7 @@ def parse_document(text: str, file: str, name: str) -> SlcDocument:
     """Read the text of an export; `name` is the default project name.
 
     Raises:
-        SlcError: it has no rung.
+        SlcError: the text has no rung.
     """
     document = _SlcReader(text, SlcDocument(file, name, source=text.encode(errors="replace"))).read()
     if not any(ladder.rungs for ladder in document.ladders.values()):
@@ -198,7 +198,7 @@ class _SlcReader:
         self._ladder_file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole, end))
 
     def _ladder_file(self, number: int | None, name: str = "") -> LadderRecord:
-        """Return the ladder file with a number; for None the current one, by default file 2."""
+        """Return the ladder file with a number; for None, return the current one, by default file 2."""
         if number is None and self._ladder is not None:
             return self._ladder
         file_number = 2 if number is None else number
@@ -242,7 +242,7 @@ class _SlcReader:
                 self._document.others.append(Other(line.number, text, file))
 
     def _begin_section(self, line: Line, plain: str) -> bool:
-        """Begin a section if the line is a heading, or note a name; return whether it was one of these."""
+        """Begin a section if the line is a heading, or store a name; return whether the line was either."""
         document = self._document
         if match := _LADDER.fullmatch(plain):
             self._end_section()
@@ -293,7 +293,7 @@ class _SlcReader:
         return True
 
     def _add_values(self, number: int, text: str, element: int | None) -> None:
-        """Add the values in a line to the current data file; its other words are not understood."""
+        """Add the values in a line to the current data file; note its other words as unknown."""
         assert self._data is not None
         words = WORD.findall(text)
         values = tuple(word for word in words if _VALUE.fullmatch(word))
@@ -303,7 +303,7 @@ class _SlcReader:
         self._document.others += [Other(number, word, self._data.file) for word in unread_words]
 
     def _element_in(self, line: Line) -> int | None:
-        """Return the element, or word of an image, in the address of a line's comment; None without one."""
+        """Return the element, or image word, in the address of a line's comment; None if it has none."""
         assert self._data is not None
         for comment in line.comments:
             match = _DATA.fullmatch(comment.strip())
@@ -314,7 +314,7 @@ class _SlcReader:
 
 
 def _data_record(match: re.Match[str], line: int) -> DataRecord:
-    """Return the record of a heading or an address; a slot's image is a file, and its words are elements."""
+    """Return the record for a heading or an address; a slot's image is a file, and its words are elements."""
     name = re.sub(r"\s", "", (match["file"] or match["bare"]).upper())
     element = int(match["element"])
     if name in ("I", "O"):

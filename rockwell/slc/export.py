@@ -1,4 +1,4 @@
-"""Exports a program in the dialect slc as text; reading the text gives the same program."""
+"""Exports a program in the dialect slc as text; reading the text returns the same program."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
 
 
 def _is_same(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:
-    """Return whether a rung is unchanged since it was read; a refused one was read as an empty rung."""
+    """Return whether a rung is unchanged since it was read; a refused rung was read as an empty one."""
     if not rung.series and rung.origin.line == record.line:
         return True
     try:

@@ -26,7 +26,7 @@ from .records import LadderRecord, SlcDocument, SlcRungRecord
 from .rungs import RungError, RungReader, routine_name
 
 LONGEST = 1000
-"""Maximum characters of a rung in a refusal."""
+"""Maximum number of characters of a rung in a refusal."""
 
 MAIN = 2
 """Number of the main ladder file."""
@@ -52,8 +52,8 @@ def import_slc(
 
     Args:
         stubs: replacements of instructions.
-        slots: slots of the rack; images of other slots are memory. None without a rack: slots with a 3601 are
-            bound, or all slots from 1 on if the export lists no slots.
+        slots: slots of the rack; images of other slots are memory. None means no rack; then slots with a 3601
+            are bound, or all slots from 1 on if the export lists no slots.
         trial: whether to let messages without a stub complete.
     """
     if trial and ALL_MESSAGES not in stubs.by_name:
@@ -194,7 +194,7 @@ class _Importer:
         return bound
 
     def _make_memory(self, image: str, files: DataFiles) -> None:
-        """Make an image without a module in the rack plain memory, with its size in the export."""
+        """Make an image without a module in the rack plain memory, with the size from the export."""
         text = "memory: the rack has no module there; a test or a timeline may set it"
         self._report.note("data", f"{image} is {text}")
         slot = self._document.slots.get(_slot_of(image))

@@ -3,9 +3,9 @@
     SOR XIC B3:0/1 OTE O:0/0 EOR        % what it does %        words, and a comment
     % TITLE/RUNG DESCRIPTION
     50 % of the speed
-    %                                                            one comment: up to a line that ends in %
+    %                                                            one comment, up to a line that ends in %
 
-A % in quotation marks is a plain character. A % is a word if a section begins before the comment ends.
+A % in quotation marks is a plain character. A % is a word if a new section begins before the comment ends.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def lines_of(text: str) -> Iterator[Line]:
 
 
 def _end_of_comment(lines: list[str], begin: int) -> tuple[int, bool]:
-    """Return the index of the line that ends a comment or begins a section, and if it ends the comment."""
+    """Return the index of the line that ends a comment or begins a section, and whether it ends it."""
     for index in range(begin, len(lines)):
         if _SECTION.match(lines[index]):
             return index, False

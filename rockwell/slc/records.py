@@ -72,7 +72,7 @@ class SlotRecord:
 
     @property
     def is_3601(self) -> bool:
-        """Whether it is an AMCI 3601, by name, or by its numbers: vendor 3, type 10, code 25."""
+        """Whether it is an AMCI 3601, according to its name or its numbers (vendor 3, type 10, code 25)."""
         numbers = tuple(map(int, re.findall(r"(?<![\w.-])\d{1,9}(?![\w.-])", self.text)))
         has_numbers = any(numbers[offset : offset + 3] == (3, 10, 25) for offset in range(len(numbers)))
         return has_numbers or "3601" in self.text or "3601" in self.comment
@@ -84,12 +84,12 @@ class SlotRecord:
 
     @property
     def inputs(self) -> int | None:
-        """Words of its inputs; None if unknown."""
+        """Number of its input words; None if unknown."""
         return self._size("SCAN_IN")
 
     @property
     def outputs(self) -> int | None:
-        """Words of its outputs; None if unknown."""
+        """Number of its output words; None if unknown."""
         return self._size("SCAN_OUT")
 
     def _size(self, key: str) -> int | None:

@@ -1,4 +1,4 @@
-"""Writes edited rungs into the text of an export; all other lines stay unchanged.
+"""Writes edited rungs into the text of an export; all other lines remain unchanged.
 
 A rung consists of its lines from SOR to EOR, the comments before them, and the description after them.
 
@@ -35,7 +35,7 @@ _RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|(?!\bEOR\b)[^%])*+\bEOR\b"
 
 
 def program_text(text: str, specs: Mapping[str, Spec]) -> str:
-    """Return a rung in the notation of programs; its addresses may be those of RSLogix 500.
+    """Return a rung in the notation of programs; its addresses may be in RSLogix 500 notation.
 
     >>> from scanrack.ladder.instructions.slc import SLC_SPECS
     >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
@@ -55,7 +55,7 @@ def program_text(text: str, specs: Mapping[str, Spec]) -> str:
 
 
 def _operands(text: str, begin: int) -> tuple[list[str], int]:
-    """Return the operands of an instruction that begin at a position, and the position of their end."""
+    """Return the operands of an instruction, which begin at a position, and the position where they end."""
     words, depth, position = [""], 0, begin
     while position < len(text) and (depth or text[position] != ")"):
         character = text[position]
@@ -150,7 +150,7 @@ class _Change(NamedTuple):
 
 
 def _with_rung(lines: str, rung: str) -> str:
-    """Return the lines of a rung with the rung replaced; comments on these lines stay."""
+    """Return the lines of a rung with the rung replaced; comments on these lines remain."""
     return _RUNG.sub(lambda match: match[0] if match[0].startswith("%") else rung, lines)
 
 
@@ -177,7 +177,7 @@ def _lines_of_rungs(
     after_last = len(text.splitlines()) + 1
 
     def skip_blank(number: int) -> int:
-        """Return the number of the first line that is not empty, from a number on."""
+        """Return the number of the first line that is not empty, starting at a number."""
         while (line := by_number.get(number)) is not None and not (line.words or line.comments):
             number = next_numbers.get(number, after_last)
         return number

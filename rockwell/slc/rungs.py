@@ -37,7 +37,7 @@ FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 """Uses of an operand that is a file, which exports write with `#`."""
 
 _WORDS = frozenset({Use.IGNORED, Use.SHOWN, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
-"""Uses with any word as the operand."""
+"""Uses that accept any word as the operand."""
 
 _HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h|(?=[0-9]*[A-F])([0-9A-F]{4})", re.IGNORECASE)
 """Hexadecimal numbers: `0FF0h`, `16#FF0`, and masks of four digits, `FFFF`."""
@@ -55,7 +55,7 @@ ROUTINE = "U"
 
 
 class RungError(LadderError):
-    """A rung can't be read; the column in its text, from SOR, counts from 1."""
+    """A rung can't be read; the column is counted from 1 at SOR."""
 
     def __init__(self, text: str, column: int, remedy: str) -> None:
         self.column, self.remedy = column, remedy
@@ -85,7 +85,7 @@ class RungReader:
         return series
 
     def _fail(self, text: str, remedy: str, index: int | None = None) -> NoReturn:
-        """Raise a RungError at the word with an index, by default the next word."""
+        """Raise a RungError at the word with this index, by default the next word."""
         if index is None:
             index = self._index
         column = self._columns[index] if index < len(self._columns) else self._end

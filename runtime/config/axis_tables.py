@@ -1,4 +1,4 @@
-"""The tables `[axes.NAME]` of a rack file: axes of a program's motion instructions, each a 3601 or ideal."""
+"""The tables `[axes.NAME]` of a rack file: axes for a program's motion instructions, each a 3601 or ideal."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class AxisTable(Table):
     """An axis.
 
     Attributes:
-        slot: slot of its 3601; left out for an ideal axis.
+        slot: slot of its 3601; omitted for an ideal axis.
         counts_per_unit: steps per unit of the axis.
-        max_speed: 100 % of maximum, units/s; 0 = MaximumSpeed of the tag.
-        max_acceleration: 100 % of maximum, units/s²; 0 = MaximumAcceleration of the tag.
-        home_speed: speed of homing, units/s; 0 = HomeSpeed of the tag.
-        home_acceleration: acceleration and deceleration of homing, units/s²; 0 = `max_acceleration`.
+        max_speed: 100 % of the maximum, units/s; 0 means MaximumSpeed of the tag.
+        max_acceleration: 100 % of the maximum, units/s²; 0 means MaximumAcceleration of the tag.
+        home_speed: speed of homing, units/s; 0 means HomeSpeed of the tag.
+        home_acceleration: acceleration and deceleration of homing, units/s²; 0 means `max_acceleration`.
         home_direction: 1 clockwise, -1 counterclockwise.
         configuration: the eight configuration words, which MSO sends to the module; empty if the program
             configures the module.
-        unwind: units per turn of an ideal rotary axis, a limit of its positions; 0 for a linear axis.
+        unwind: units per turn of an ideal rotary axis, which limit its positions; 0 for a linear axis.
     """
 
     slot: Annotated[int, Field(ge=1)] | None = None
@@ -52,7 +52,7 @@ class AxisTable(Table):
         return self
 
     def values(self) -> dict[str, Any]:
-        """Return the values by name, decimals as floats."""
+        """Return the values by name, with decimals as floats."""
         numbers = ("counts_per_unit", "max_speed", "max_acceleration", "home_speed", "home_acceleration")
         plain_numbers = {name: float(getattr(self, name)) for name in (*numbers, "unwind")}
         return {

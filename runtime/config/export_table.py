@@ -1,4 +1,4 @@
-"""The table `[export]` of a rack file: how a program that is an export begins.
+"""The table `[export]` of a rack file: how a program that is an export starts.
 
 [export]
 keep_values = true    # continue with the values of the export, without prescan
@@ -16,11 +16,11 @@ from .machine_tables import Table
 
 
 class ExportTable(Table):
-    """How a program that is an export begins.
+    """How a program that is an export starts.
 
     Attributes:
-        keep_values: whether the first scan continues with the values in the export: timers, one-shots, steps
-            of charts; false: prescan resets them, as after a download.
+        keep_values: whether the first scan continues with the values in the export (timers, one-shots, chart
+            steps); if false, prescan resets them, as after a download.
         memory_mib: maximum memory of the export's tags, 1 to 4096 MiB.
     """
 

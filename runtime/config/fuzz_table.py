@@ -23,8 +23,8 @@ class FuzzTable(Table):
     """Settings of `scanrack fuzz`.
 
     Attributes:
-        seed: seed of the search, 0 to 2147483647; another seed starts another search.
-        only: kinds of random events; all possible kinds if left out.
+        seed: seed of the search, 0 to 2147483647; a different seed starts a different search.
+        only: kinds of random events; all possible kinds if omitted.
         without: kinds of random events to omit.
     """
 

@@ -1,7 +1,7 @@
 """The machine in a rack file: tables that become a `MachineSpec`.
 
-Names, types and meanings are as in `runtime.machine.spec`. Parts with times have tables of
-their own, because a file has milliseconds (`at_ms`) or seconds (`at_s`).
+Names, types and meanings are as in `runtime.machine.spec`. Parts with times have separate tables, because a
+file uses milliseconds (`at_ms`) or seconds (`at_s`).
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ from .quantities import Milliseconds, Seconds
 
 
 class Table(BaseModel):
-    """A table of a rack file: no unknown keys, no conversions between types."""
+    """A table of a rack file; it allows no unknown keys and no conversions between types."""
 
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, arbitrary_types_allowed=True, defer_build=True
     )
 
     def ns(self, name: str) -> int:
-        """Return the time in the key `name_ms` or `name_s`, ns.
+        """Return the time in the key `name_ms` or `name_s`, in ns.
 
         Raises:
-            ValueError: the table has neither key, or both.
+            ValueError: the table has neither of the keys, or both.
         """
         values = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
         units = [unit for unit, value in values.items() if value is not None]
@@ -70,7 +70,7 @@ TABLE = "table"
 
 AnyTable = TypeVar("AnyTable", bound=Table)
 Rare = Annotated[AnyTable, GetPydanticSchema(_validated_later)]
-"""A table that most files lack: pydantic builds its validator when a file has one."""
+"""A table that most files lack; pydantic builds its validator when a file has one."""
 
 
 class Part(Table):
@@ -95,7 +95,7 @@ def _level_or_wired(value: object) -> bool | Literal["wired"]:
 
 
 class TimelineTable(Part):
-    """An event of an input; with `for_ms` or `for_s` it is a button, released after that time.
+    """An event at an input; with `for_ms` or `for_s`, it is a button that is released after that time.
 
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
@@ -152,7 +152,7 @@ class TurnTable(Part):
 
     Attributes:
         at_ms: time of its start since power-up, ms; or `at_s`.
-        counts: x4 counts, evenly spread; negative counts down.
+        counts: x4 counts, evenly spread; negative values count down.
         for_ms: duration, ms; or `for_s`.
     """
 
@@ -172,7 +172,7 @@ class MachineTable(Table):
 
     Attributes:
         switches: switches and sensors that the shaft operates.
-        timeline: actions of people; actions at the same time happen in the order of the file.
+        timeline: actions of people; simultaneous actions happen in the order of the file.
         encoder: an encoder on the shaft.
         slips: positions where the motor loses steps.
         jams: positions that the shaft can't pass.
@@ -192,7 +192,7 @@ class MachineTable(Table):
     master_speed: int | None = None
 
     def spec(self) -> MachineSpec:
-        """Return the machine; ValueError if the parts are incompatible."""
+        """Return the machine; raise a ValueError if the parts are incompatible."""
         return MachineSpec(
             switches=self.switches,
             timeline=tuple(entry for table in self.timeline for entry in table.parts()),

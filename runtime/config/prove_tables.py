@@ -8,7 +8,7 @@ happens = ["program mode"]           # other events between two scans
 
 [[prove.property]]
 name = "one direction"
-never = "Fwd AND Rev"                # structured text, on the state after a scan
+never = "Fwd AND Rev"                # structured text; applies to the state after a scan
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class PropertyTable(Table):
         name: unique name in reports, and name of its folder.
         never: a condition that is false after every scan.
         always: a condition that is true after every scan.
-        reachable: a condition that is true in some run; the scenario shows such a run.
+        reachable: a condition that is true in at least one run; the scenario shows one of these runs.
         assume: conditions to assume in every scan.
     """
 
@@ -77,7 +77,7 @@ class PropertyTable(Table):
 
     @property
     def claim(self) -> str:
-        """The key of its condition: never, always or reachable."""
+        """Key of the property's condition: "never", "always" or "reachable"."""
         return self._claims[0]
 
     @property
@@ -101,7 +101,7 @@ class PropertyTable(Table):
 
 
 class ProveTable(Table):
-    """What to prove of a rack, and what to assume.
+    """What to prove about a rack, and what to assume.
 
     Attributes:
         scan_ms: shortest and longest time between two scans, ms.
@@ -109,8 +109,8 @@ class ProveTable(Table):
         written_outside: patterns of tags that the program writes and that may also change between scans.
         assume: conditions to assume in every scan, for all properties.
         happens: events that may happen between two scans: "program mode": the key is turned to program mode
-            and back; "retained start": a run ends, and the next run begins with its tags; "lost link": a
-            module loses its link.
+            and back; "retained start": a run ends, and the next run starts with the tag values that it left;
+            "lost link": a module loses its link.
         property: the properties to prove.
     """
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def decimal_of(value: object) -> Decimal:
-    """Return a number as a decimal; a float by its shortest decimal form.
+    """Convert a number to a decimal; a float is converted through its shortest decimal form.
 
     >>> decimal_of(0.1), decimal_of(2)
     (Decimal('0.1'), Decimal('2'))
@@ -37,7 +37,7 @@ class between:  # noqa: N801 - a validator, written as a function of pydantic
     most: str
 
     def check(self, value: Decimal) -> Decimal:
-        """Return the value; PydanticCustomError if it is outside the range."""
+        """Return the value, or raise PydanticCustomError if it is outside the range."""
         if not Decimal(self.least) <= value <= Decimal(self.most):
             raise PydanticCustomError(
                 "allowed", "{least} to {most}", {"least": self.least, "most": self.most}

@@ -1,7 +1,8 @@
 """Generates the JSON Schema of rack files, for editors.
 
-Types and limits come from the validators of the tables, descriptions from their docstrings, and modules and
-their options from the registry. The schema can't find conflicts between two keys; `scanrack check` can.
+Types and limits come from the tables' validators, descriptions come from their docstrings, and modules and
+their options come from the registry. The schema can't detect conflicts between two keys, but `scanrack check`
+can.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from .machine_tables import TABLE, Table
 from .rackspec import RackSpec, SlotSpec
 
 NAME = "rack.schema.json"
-"""Name of the schema's file, in the first line of a rack file."""
+"""Name of the schema file, as given in the first line of a rack file."""
 
 HINT = f"#:schema {NAME}"
 """The first line of a rack file; tombi and taplo read it to find the schema."""
@@ -35,7 +36,7 @@ DRAFT_2020, DRAFT_4 = (
 )
 
 _ATTRIBUTE = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*+)", re.MULTILINE)
-"""A key and its meaning among the attributes of a docstring."""
+"""Matches a key and its description in the "Attributes" section of a docstring."""
 
 _OTHER_UNIT = {"ms": "s", "s": "ms"}
 
@@ -53,7 +54,7 @@ def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
 
 
 def described_keys(cls: type) -> dict[str, str]:
-    """Return the meaning of each key of a table, from the docstrings of its class and of its base classes.
+    """Return the description of each key of a table, from the docstrings of its class and base classes.
 
     >>> described_keys(SlotSpec)["number"]
     'slot number, from 1.'
@@ -98,13 +99,13 @@ class _Generator(GenerateJsonSchema):
         return self.generate_inner({**table_schema, "ref": table.__name__})
 
     def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
-        """Describe a number of any kind."""
+        """Describe a number of any type."""
         limits: JsonSchemaValue = {}
         self.update_with_validations(limits, schema, self.ValidationsMapping.numeric)
         return {"type": "number", **{key: float(value) for key, value in limits.items()}}
 
     def encode_default(self, dft: Any) -> Any:
-        """Return a default as a TOML value; None for a default that is a table."""
+        """Return a default as a TOML value, or None if the default is a table."""
         if isinstance(dft, Decimal):
             return int(dft) if dft == int(dft) else float(dft)
         return dft if isinstance(dft, bool | int | float | str) else None
@@ -130,7 +131,7 @@ def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
 
 
 def _rename_limits(node: JsonSchemaValue) -> None:
-    """Rename the limits of a validated number to their JSON Schema keywords."""
+    """Rename the limits of a validated number to the JSON Schema keywords."""
     for branch in (node, *node.get("anyOf", ())):
         branch.pop("decimal_places", None)
         for key, word in (("ge", "minimum"), ("gt", "exclusiveMinimum"), ("le", "maximum")):
@@ -189,11 +190,11 @@ _DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] 
     "then": lambda value, node: {"anyOf": [{"not": _as_draft4(node["if"])}, _as_draft4(value)]},
     "examples": lambda _value, _node: {},
 }
-"""Functions that return a key's Draft 4 equivalent from its value and schema; other keys are the same."""
+"""Functions that convert a key to Draft 4, given its value and schema; other keys stay the same."""
 
 
 def _as_draft4(node: Any, *, top: bool = False) -> Any:
-    """Return a schema in Draft 4: references without siblings, flags for exclusive limits, no `if`."""
+    """Convert a schema to Draft 4: references without siblings, flags for exclusive limits, no `if`."""
     if isinstance(node, list):
         return [_as_draft4(element) for element in node]
     if not isinstance(node, Mapping):

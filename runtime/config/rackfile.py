@@ -1,6 +1,6 @@
 """Reads TOML rack files into a `RackSpec`.
 
-The message for a mistake has file, line, key and value, and what is allowed:
+The message for a mistake shows the file, line, key and value, and the allowed values:
 
     line.toml:7: slot.machine.switches.input = "hom": did you mean home? Choose from capture, ...
 """
@@ -44,7 +44,7 @@ class RackFileError(SiteError):
     """A rack file with mistakes; the message has a line for each mistake, in the order of the file.
 
     Attributes:
-        reasons: the problem at each of the sites.
+        reasons: the problem at each site.
     """
 
     def __init__(self, text: str, *sites: Site, reasons: Sequence[str] = ()) -> None:
@@ -62,7 +62,7 @@ class RackFile:
     lines: KeyLines
 
     def refusal(self, key: str, problem: str, subkey: str | None = None) -> RackFileError:
-        """Return the error for a value that is found to be wrong after the file has been read.
+        """Return the error for a value that turns out to be wrong after the file has been read.
 
         Args:
             key: a top-level key of the file.
@@ -77,11 +77,11 @@ class RackFile:
 
 
 Modules = Callable[[Mapping[str, str], Path], Mapping[str, ModuleRecord]]
-"""Function of `[modules]`, files by name, and the rack file's path; returns the modules by name."""
+"""A function of `[modules]` (files by name) and the rack file's path; returns the modules by name."""
 
 
 def unread(module_files: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
-    """Return stand-ins for modules whose files are not executed; they accept any slot."""
+    """Return stand-ins for modules whose files are not executed; a stand-in accepts any slot."""
     return {name: ModuleRecord(name=name, make=_never_called, unread=True, **_ANY) for name in module_files}
 
 
@@ -100,8 +100,8 @@ def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str 
     """Read a rack file.
 
     Args:
-        modules: returns the file's own modules; `unread` executes nothing.
-        program: the program of a file without the key `program`; None = refuse the file.
+        modules: function that returns the file's own modules; `unread` executes nothing.
+        program: the program to use if the file has no key `program`; None = refuse such a file.
 
     Raises:
         RackFileError: the file can't be read, is not TOML, or contains an illegal value.
@@ -113,7 +113,7 @@ def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str 
 def parse_rack_file(
     text: str, path: Path, modules: Modules = unread, *, program: str | None = None
 ) -> RackFile:
-    """Read the text of a rack file; `path` is its name in messages. Other arguments as in `load_rack_file`.
+    """Parse the text of a rack file; messages call it `path`. Other arguments are as in `load_rack_file`.
 
     Raises:
         RackFileError: the text is not TOML, or contains an illegal value.
@@ -137,7 +137,7 @@ def parse_rack_file(
 
 @contextmanager
 def plugins_not_searched() -> Iterator[None]:
-    """Keep pydantic from a slow search for its plugins in all installed packages."""
+    """Keep pydantic from searching all installed packages for plugins, which is slow."""
     loader = "pydantic.plugin._loader"
     if loader in sys.modules:
         yield
@@ -150,10 +150,10 @@ def plugins_not_searched() -> Iterator[None]:
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:
-    """Return the tables of a rack file; numbers with fractions are decimals.
+    """Return the tables of a rack file; numbers with a decimal point become decimals.
 
     Raises:
-        RackFileError: the text is not TOML, or exceeds the limits of a text.
+        RackFileError: the text is not TOML, or exceeds the size limits.
     """
     try:
         return toml_tables(text)
@@ -169,7 +169,7 @@ MISTAKES = 200
 
 
 def explained(error: ValidationError, path: Path, lines: KeyLines | None = None) -> RackFileError:
-    """Return the error for the mistakes of a specification, at most `MISTAKES` of them.
+    """Return the error that lists the mistakes in a specification, at most `MISTAKES` of them.
 
     Args:
         lines: lines of the keys; None if the specification is not from a file.
@@ -205,7 +205,7 @@ def _read(path: Path) -> str:
 
 
 def _syntax_error(path: Path, message: str) -> RackFileError:
-    """Return the error for a text that is not TOML; tomllib has the line at the end of its message."""
+    """Return the error for a text that is not TOML; tomllib puts the line at the end of its message."""
     match = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if match is None:
         return RackFileError(f"{path}: this is not TOML: {message}")
@@ -224,12 +224,12 @@ class _Mistake:
 
     @property
     def key(self) -> str:
-        """The key, after the keys of its tables."""
+        """The key, preceded by the keys of its tables."""
         return ".".join(key for key in self.path if isinstance(key, str))
 
     @property
     def reason(self) -> str:
-        """Key, value and problem as text."""
+        """The key, value and problem as text."""
         key_and_value = f"{self.key} = {self.value}" if self.value else self.key
         return ": ".join(filter(None, (key_and_value, self.problem)))
 
@@ -239,7 +239,7 @@ class _Mistake:
 
 
 def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails]) -> bool:
-    """Return whether an array is only too short because some of its elements were refused."""
+    """Return whether an array is too short only because some of its elements were refused."""
     path = details["loc"]
     return details["type"] == "too_short" and any(
         len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in all_details
@@ -265,7 +265,7 @@ def _mistake(details: ErrorDetails) -> _Mistake:
 
 
 def _problem(kind: str, message: str, context: Mapping[str, Any]) -> str:
-    """Return the problem of a value, by pydantic's kind of error."""
+    """Return the description of a problem, chosen by pydantic's error type."""
     if kind in _ALLOWED:
         return f"must be {_ALLOWED[kind].format(message=message, **context)}"
     return message
@@ -283,10 +283,10 @@ _ALLOWED = {
     "literal_error": "{expected}",
     "greater_than_equal": "{ge} or more",
 }
-"""Allowed values by kind of error; other kinds contain them in their message."""
+"""Allowed values by error type; other types have them in their message."""
 
 ANY_NAME = "*"
-"""In a path of `_TABLES`, any name that the user chooses."""
+"""Stands for any user-chosen name in a path of `_TABLES`."""
 
 _TABLES: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | Slip | Jam]] = {
     (): RackSpec,
@@ -309,7 +309,7 @@ _TABLES: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("slot", "machine", "stations"): StationTable,
     ("slot", "machine", "turns"): TurnTable,
 }
-"""The class of each table, by its path without the indexes of arrays."""
+"""The class of each table, by its path without array indexes."""
 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
@@ -344,7 +344,7 @@ def _look_up(table: Any, path: KeyPath) -> object:
 
 
 def _value_text(value: object) -> str:
-    """Return a value in the notation of a rack file, in at most 60 characters; "" for a table or an array."""
+    """Return a value in rack file notation, in at most 60 characters; "" for a table or an array."""
     if isinstance(value, Mapping | BaseModel | list | tuple):
         return ""
     text = str(value) if isinstance(value, Decimal) else json.dumps(value, default=str, ensure_ascii=False)

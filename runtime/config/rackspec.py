@@ -63,11 +63,11 @@ SIMULATED = "sim"
 MISSING_TAGS, DECLARE = "missing_tags", "declare"
 REFUSED, EMPTY = "refused", "empty"
 STUB_SETTINGS = {MISSING_TAGS: DECLARE, REFUSED: EMPTY}
-"""Keys in `[stubs]` that are settings, each with its only value."""
+"""Keys in `[stubs]` that are settings, each with its only allowed value."""
 
 
 _FAMILIES = {"micrologix": "1762", "compactlogix": "1769"}
-"""Family of the cards by controller: 1762 I/O for a MicroLogix, 1769 Compact I/O for a CompactLogix."""
+"""Card family by controller: 1762 I/O for a MicroLogix, 1769 Compact I/O for a CompactLogix."""
 
 _CONTROLLER_OF_EXPORT = {".SLC": "micrologix", ".L5X": "compactlogix"}
 
@@ -75,7 +75,7 @@ _CONTROLLER_NAMES = {"micrologix": "MicroLogix", "compactlogix": "CompactLogix"}
 
 
 class MisplacedError(ValueError):
-    """A mistake at the path of a key, from the top of the specification."""
+    """A mistake in a key, with the key's path from the top of the specification."""
 
     def __init__(self, path: KeyPath, value: object, message: str) -> None:
         super().__init__(message)
@@ -93,7 +93,7 @@ def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
 
 
 def _modules_of_file(info: ValidationInfo) -> Mapping[str, ModuleRecord]:
-    """Return the modules in `[modules]` of the rack file."""
+    """Return the modules listed in `[modules]` of the rack file."""
     return info.context or {}
 
 
@@ -111,7 +111,7 @@ def _firmware_text(value: object) -> object:
 
 
 def _plain_options(value: object) -> object:
-    """Convert decimals of a rack file to floats, for options and JSON."""
+    """Convert a rack file's decimals to floats, for options and JSON."""
     if not isinstance(value, Mapping):
         raise PydanticCustomError("allowed", "a table")
     return {key: float(option) if isinstance(option, Decimal) else option for key, option in value.items()}
@@ -128,7 +128,7 @@ def _program(value: object) -> str | Callable[..., Any]:
 
 
 def _stub_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
-    """Accept a text, or a table."""
+    """Accept a string or a table."""
 
     def convert(value: object, describe: Callable[[object], StubTable]) -> str | StubTable:
         if not isinstance(value, str | StubTable | Mapping):
@@ -145,11 +145,11 @@ Version = Annotated[
         {"anyOf": [{"enum": list(map(str, KNOWN))}, {"type": "string", "pattern": r"^serial \d+$"}]}
     ),
 ]
-"""A version of firmware, or a serial number."""
+"""A firmware version, or a serial number."""
 
 
 class SlotSpec(Table):
-    """A slot with its module.
+    """A slot and its module.
 
     Attributes:
         number: slot number, from 1.
@@ -160,8 +160,8 @@ class SlotSpec(Table):
         options: options of the module by name.
         machine: the machine that the module drives.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
-        port: adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.
-        address: adapter: address of the controller at the port; the factory address if left out.
+        port: for an adapter, "sim" or the port of a real controller (a serial device, or tcp:HOST:PORT).
+        address: for an adapter, address of the controller at the port; defaults to the factory address.
     """
 
     number: Annotated[int, Field(ge=1)]
@@ -179,11 +179,11 @@ class SlotSpec(Table):
 
     @property
     def record(self) -> ModuleRecord:
-        """The record of its module."""
+        """The record of the slot's module."""
         return self._record
 
     def has(self, trait: Trait) -> bool:
-        """Whether its module has a trait."""
+        """Return whether the slot's module has a trait."""
         return trait in self._record.traits
 
     @property
@@ -192,7 +192,7 @@ class SlotSpec(Table):
         return self.port != SIMULATED
 
     def open(self) -> LiveModule:
-        """Open the real port with its adapter; the caller closes it.
+        """Open the real port with the slot's adapter; the caller closes it.
 
         Raises:
             ValueError: the port can't be opened.
@@ -203,7 +203,7 @@ class SlotSpec(Table):
 
     @property
     def recorded_firmware(self) -> str:
-        """The module's firmware for the trace; "" for a module without a firmware."""
+        """The module's firmware as recorded in the trace; "" for a module without firmware."""
         return self.firmware if self._record.has_firmware else ""
 
     @property
@@ -243,7 +243,7 @@ class SlotSpec(Table):
 
 
 def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
-    """Return the profile of a slot's stepper; else of the rack's fastest stepper; else of a 3601."""
+    """Return the profile of a slot's stepper, else of the rack's fastest stepper, else of a 3601."""
     steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
     if number in steppers:
         return steppers[number]
@@ -251,7 +251,7 @@ def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
 
 
 class ForceSpec(Table):
-    """A force that is in effect from the first scan.
+    """A force that is in effect from the first scan on.
 
     Attributes:
         address: address of a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or
@@ -276,12 +276,12 @@ class InjectedFaultSpec(Table):
     """An injected fault of a module or of the CPU.
 
     Attributes:
-        at_ms: its start, ms; or `at_s`.
+        at_ms: start of the fault, ms; or use `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
-            "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
-            "controller-power-cycle"; of a drive "condition".
-        slot: slot of its module; left out for "program-mode"; optional in a rack with one module.
-        for_ms: duration, ms; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
+            "program-mode"; for an adapter, "line-down", "replies-lost", "replies-damaged" or
+            "controller-power-cycle"; for a drive, "condition".
+        slot: slot of the module; omit it for "program-mode"; optional in a rack with one module.
+        for_ms: duration, ms; or use `for_s`. Unlimited if omitted; a torn update lasts one RPI.
         late_words: for "torn-update": the output words that arrive late.
         state: for "condition": the state that begins, such as "temperature=95" or "cable=lost".
     """
@@ -300,7 +300,7 @@ class InjectedFaultSpec(Table):
     state: str = ""
 
     def incident(self, only_slot: int = 1) -> InjectedFault:
-        """Return the injected fault; ValueError if times or words are missing or contradict each other.
+        """Return the injected fault; raise ValueError if times or words are missing or conflict.
 
         Args:
             only_slot: slot of the rack's only module, for a fault without the key `slot`.
@@ -323,33 +323,34 @@ class RackSpec(Table):
     """A rack and the settings of its runs.
 
     Attributes:
-        program: the logic: a path (`path[:function]`, relative to the rack file); in Python also a function.
+        program: the logic, given as a path (`path[:function]`, relative to the rack file) or, in Python, a
+        function.
         name: name of the rack in reports.
-        scan_ms: time from scan to scan, 0.01 to 1000 ms.
-        controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
-        rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
-        watchdog_ms: maximum processor time of the logic in one scan, ms; 0 = no watchdog. The maximum time on
-            the clock is ten times as long.
+        scan_ms: time from one scan to the next, 0.01 to 1000 ms.
+        controller: "micrologix" exchanges images at the start and end of the scan, "compactlogix" every RPI.
+        rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if omitted.
+        watchdog_ms: maximum processor time of the logic in one scan, ms; 0 = no watchdog. The wall-clock
+            limit is ten times as long.
         run_for_s: machine time of a run; the command line overrides it.
         tags: patterns of the program's tags to record in addition to the images.
-        stubs: replacements of instructions of a ladder program, results of messages and partners of consumed
+        stubs: replacements for a ladder program's instructions, message results, and partners for consumed
             tags, by name; `missing_tags = "declare"` declares missing tags, `refused = "empty"` runs an
-            export without its refused parts.
+            exported program without its refused parts.
         trace: path of the trace, relative to the rack file.
-        keep_traces: number of earlier traces to keep, with a number in their names; 0 = none.
+        keep_traces: number of earlier traces to keep; their names are numbered; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag; each is a 3601 or ideal.
         prove: properties and assumptions of `scanrack prove`.
         fuzz: settings of `scanrack fuzz`.
-        export: how a program that is an export begins.
+        export: how an exported program begins.
         server: tags that clients of a tag server see and may write.
-        seed: seed of random numbers, for example of slips.
-        mode: position of the CPU's key at power-up.
-        modules: your own modules by name: a Python file, and the name of its ModuleRecord unless it is
-            RECORD: "blinker.py:OTHER".
+        seed: seed for random numbers, for example for slips.
+        mode: position of the CPU's keyswitch at power-up.
+        modules: your own modules by name. Each is a Python file, followed by the name of its ModuleRecord
+            unless that name is RECORD: "blinker.py:OTHER".
         slot: the slots, at least one.
-        force: bits and words that are forced from the first scan on.
+        force: bits and words to force from the first scan on.
         incident: injected faults of modules and of the CPU.
-        unit: controllers on serial lines beside the rack.
+        unit: controllers outside the rack, on serial lines.
     """
 
     program: Annotated[str | Callable[..., Any], PlainValidator(_program), WithJsonSchema({"type": "string"})]
@@ -385,12 +386,12 @@ class RackSpec(Table):
 
     @property
     def scan_ns(self) -> int:
-        """Time from scan to scan, ns."""
+        """Time from one scan to the next, ns."""
         return exact_ns(self.scan_ms, "ms")
 
     @property
     def layout(self) -> MemoryLayout:
-        """The places of the images in the rack's memory."""
+        """The layout of the images in the rack's memory."""
         return memory_layout(self.words.items())
 
     @property

@@ -1,4 +1,4 @@
-"""The table `[[unit]]` of a rack file: a controller beside the rack, on a serial line.
+"""The table `[[unit]]` of a rack file: a controller outside the rack, on a serial line.
 
     [[unit]]
     controller = "pcl601"
@@ -7,7 +7,7 @@
     start = true
     pins = { home = "..-3000", soft_minus = "..-2000", in1 = "ground" }
 
-A switch of its machine is a pin that is closed while the motor is in a range of positions.
+A switch on its machine is a pin that is closed while the motor is within a range of positions.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 
 STORED = ".pclt"
-"""Suffix of a stored program. No other file is read, so that no message can show its contents."""
+"""Suffix of a stored program. No other files are read, so no message can show their contents."""
 
 
 class UnitSpec(Table):
-    """A controller beside the rack.
+    """A controller outside the rack.
 
     Attributes:
-        controller: kind of the controller.
-        address: address on its line, 0 to 99.
+        controller: type of the controller.
+        address: address on the serial line, 0 to 99.
         program: path of its stored program, relative to the rack file.
         start: whether the stored program starts at power-up.
         ascii: whether the line starts in AA ASCII.
-        thumbwheel: the seven digits of a thumbwheel, with switch SW2 at TWS; no thumbwheel if left out.
+        thumbwheel: the seven digits of a thumbwheel, with switch SW2 at TWS; no thumbwheel if omitted.
         pins: states of its inputs by name, as in `env` of `scanrack drive pcl601`.
     """
 
@@ -51,7 +51,7 @@ class UnitSpec(Table):
     pins: Mapping[str, str] = Field(default_factory=dict)
 
     def make(self, folder: Path) -> Pcl601:
-        """Return the unit, switched on; ValueError if the program can't be used.
+        """Return the unit, powered up; raise ValueError if the program can't be used.
 
         Args:
             folder: folder of the rack file.

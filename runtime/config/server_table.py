@@ -17,12 +17,12 @@ Rows = Annotated[tuple[Item, ...], Field(strict=False, max_length=20_000)]
 
 
 class MapRow(Table):
-    """A tag as coils or registers.
+    """A tag that is mapped to coils or registers.
 
     Attributes:
         address: address of its first coil or register, from 0.
         tag: name of the tag; an array also occupies the following addresses.
-        order: first word of a DINT, REAL, LINT or LREAL; the `order` of the table if left out.
+        order: first word of a DINT, REAL, LINT or LREAL; the table's `order` if omitted.
     """
 
     address: Annotated[int, Field(ge=0, le=0xFFFF)]
@@ -31,12 +31,12 @@ class MapRow(Table):
 
 
 class ModbusTable(Table):
-    """Tags as coils and registers of `--server modbus-tcp`.
+    """The tags that `--server modbus-tcp` maps to coils and registers.
 
     Attributes:
         order: first word of a DINT, REAL, LINT or LREAL.
-        fill: whether an address without a tag, below the last address of its table, reads as 0; false: the
-            server refuses it.
+        fill: whether an address without a tag, lower than the last address in its table, reads as 0; if
+            false, the server refuses it.
         coils: bits that clients read and write.
         discrete_inputs: bits that clients read.
         input_registers: numbers that clients read.
@@ -56,7 +56,7 @@ class ServerTable(Table):
 
     Attributes:
         writable: patterns of tags that clients may write, with all their members: "Run", "Recipe.*",
-            "Local:1:O.Data", "Program:Main.*"; without patterns, clients can only read.
+            "Local:1:O.Data", "Program:Main.*"; if there are no patterns, clients can only read.
         profile: names of the parts of `Local:n:I`: "generic" (Fault, Data) or "3601" (Data0, ModuleOK, ...).
         modbus: tags as coils and registers; without this table `--server modbus-tcp` is refused.
     """

@@ -24,7 +24,7 @@ from .quantities import Milliseconds, Number, Seconds, between
 
 
 def _plain(value: object) -> Any:
-    """Convert decimals of a rack file to floats, at any depth."""
+    """Convert a rack file's decimals to floats, at any depth."""
     if isinstance(value, Decimal):
         return float(value)
     if isinstance(value, Mapping):
@@ -36,11 +36,11 @@ Data = Annotated[Any, PlainValidator(_plain)]
 
 
 class StubStep(Table):
-    """The data of a consumed tag, beginning at a time.
+    """The data of a consumed tag from a point in time on.
 
     Attributes:
-        at_ms: start of this entry, ms; or `at_s`. 0 if left out.
-        value: the data: a number, true or false, a text, an array, or a table of members.
+        at_ms: start of this entry, ms; or use `at_s`. 0 if omitted.
+        value: the data, which is a number, true or false, a string, an array, or a table of members.
         faulted: whether the connection is broken until the next entry.
         running: whether the producer is in run mode.
     """
@@ -53,7 +53,7 @@ class StubStep(Table):
 
     @property
     def at_ns(self) -> int:
-        """The start, ns."""
+        """Start of this entry, ns."""
         return 0 if self.at_ms is None and self.at_s is None else self.ns("at")
 
 
@@ -61,14 +61,14 @@ class StubTable(Table):
     """The result and data of a message, or the data of a consumed tag.
 
     Attributes:
-        after_ms: message: duration, ms; or `after_s`. A consumed tag does not have this key.
-        error: message: its ERR, 1 to 65,535; 0 if it succeeds.
-        value: data that never change.
+        after_ms: for a message, its duration, ms; or use `after_s`. A consumed tag does not have this key.
+        error: for a message, its ERR, 1 to 65,535; 0 if it succeeds.
+        value: data that never changes.
         table: data over time.
-        rack: rack file of the program with the data; both racks run in the same virtual time.
-        tag: the tag in the other rack; if left out, a consumed tag has the tag in its export.
-        to: message: the tag that receives the data; the tag in the export if left out.
-        rpi_ms: consumed tag: its RPI, ms; if left out, the RPI in the export, else 20.
+        rack: rack file of the program that has the data; both racks run in the same virtual time.
+        tag: the tag in the other rack; if omitted, a consumed tag uses the tag named in its export.
+        to: for a message, the tag that receives the data; if omitted, the tag named in the export.
+        rpi_ms: for a consumed tag, its RPI, ms; if omitted, the RPI in the export, else 20.
     """
 
     after_ms: Milliseconds | None = None
@@ -88,7 +88,7 @@ class StubTable(Table):
 
     @property
     def rpi_ns(self) -> int:
-        """The RPI of a consumed tag, ns; 0 if left out."""
+        """The RPI of a consumed tag, ns; 0 if omitted."""
         return 0 if self.rpi_ms is None else exact_ns(self.rpi_ms, "ms")
 
     @model_validator(mode="after")

@@ -1,8 +1,8 @@
 """Finds the line of every key path in a TOML text.
 
-`tomllib` returns the contents of a file without lines. After it has accepted the text, this
-scanner reads the text again, and stores the line of every table, key and array element. It
-skips the values.
+`tomllib` returns the contents of a file without line numbers. After `tomllib` has accepted the text, this
+scanner reads it again and stores the line of every table, key and array element. The scanner skips the
+values.
 
     line 1   [[slot]]                     ("slot", 0)
     line 2   number = 1                   ("slot", 0, "number")
@@ -51,12 +51,12 @@ class KeyLines:
 
     @cached_property
     def paths(self) -> Mapping[KeyPath, int]:
-        """Every key path with its line, from 1. The text is scanned at the first use."""
+        """Every key path with its line, from 1. The text is scanned on first use."""
         self._read_document()
         return self._lines
 
     def line(self, path: KeyPath) -> int:
-        """Return the line of a key path, or else of the innermost table around it, or else 1."""
+        """Return the line of a key path, else of the innermost table that contains it, else 1."""
         while path and path not in self.paths:
             path = path[:-1]
         return self.paths.get(path, 1)
@@ -91,7 +91,7 @@ class KeyLines:
         return path
 
     def _last_element(self, path: KeyPath) -> KeyPath:
-        """Return the path of the last table of an array of tables; for a table, its own path."""
+        """Return the path of the last table in an array of tables; for any other table, its own path."""
         count = self._table_counts.get(path, 0)
         return (*path, count - 1) if count else path
 

@@ -1,6 +1,6 @@
 """Simulated devices at the far end of a line.
 
 `pcl601/` and `pmc006/` each have a controller (registers, instructions, motion, stored program) and its line,
-which converts bytes and instants to calls of the controller. A stored program uses its controller through a
-protocol (`pcl601.stored.Axis601`, `pmc006.interpreter.ProgramHost`).
+which turns bytes and instants into calls to the controller. A stored program accesses its controller through
+a protocol (`pcl601.stored.Axis601`, `pmc006.interpreter.ProgramHost`).
 """

@@ -1,8 +1,8 @@
 """Kinematics: motions as closed forms of time, exact in integers.
 
 `move`, `run`, `single_step` and `blend` plan a motion. `stop`, `change_speed`, `register`, `go_on` and
-`creep` plan the rest of a motion from an instant on. A plan is a constant: queries return its position at an
-instant, or the instant of a step, and never change it.
+`creep` plan the rest of a motion from an instant on. A plan never changes: queries return its position at an
+instant, or the instant of a step.
 
 Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; step counts are whole.
 """

@@ -1,8 +1,8 @@
 """Blend moves: up to sixteen segments, each with its own speed, run as one motion.
 
-Each segment ramps to its speed, from the previous segment's speed or the starting speed, and then keeps it
-for the rest of its length. The last segment also contains the final ramp down to the starting speed, so the
-lengths add up to the distance [chapter 4, Blend Move; chapter 5, blend blocks].
+Each segment ramps from the previous segment's speed, or the starting speed, to its own speed, and then keeps
+that speed for the rest of its length. The last segment also contains the final ramp down to the starting
+speed, so the lengths add up to the distance [chapter 4, Blend Move; chapter 5, blend blocks].
 """
 
 from __future__ import annotations
@@ -35,10 +35,11 @@ def blend(
     (5000, -5000)
 
     Args:
-        segments: each length 1 or more, speed the starting speed or more, rate 1 or more.
+        segments: each with a length of 1 or more, a speed not below the starting speed, and a rate of 1 or
+        more.
 
     Raises:
-        ValueError: an invalid direction, no segments, or a segment too short for its ramps.
+        ValueError: the direction is invalid, there are no segments, or a segment is too short for its ramps.
     """
     check_blend(start_sps, segments, final_deceleration_spmss, final_shape)
     course, speed_nsps, end = Course(now_ns), NANO * start_sps, 0
@@ -57,7 +58,8 @@ def check_blend(
     """Check that every segment is long enough for its ramps; arguments as for `blend`.
 
     Raises:
-        ValueError: no segments, or a segment shorter than its ramps by chapter 2's formula.
+        ValueError: there are no segments, or a segment is shorter than its ramps according to chapter 2's
+        formula.
     """
     if not segments:
         raise ValueError("a blend without segments: must be 1 or more")

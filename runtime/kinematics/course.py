@@ -1,7 +1,7 @@
-r"""A course: the segments of a motion during planning, in order of time.
+r"""A course: the segments of a motion that is being planned, in chronological order.
 
-A ramp consists of phases; in a phase, travel is one polynomial. T is the time of the ramp, and dv = v1 - v0.
-z is the fraction of T before the phase, u the time since its start, and w = u/T:
+A ramp consists of phases; within a phase, travel is a single polynomial. T is the time of the ramp, and dv =
+v1 - v0. z is the fraction of T before the phase, u the time since its start, and w = u/T:
 
     x = x0 + T*(v0*z + dv*made) + (v0 + dv*speed)*u + dv*T*(rate*w^2 + jerk*w^3)
 
@@ -17,15 +17,15 @@ z is the fraction of T before the phase, u the time since its start, and w = u/T
                        /    \                  18    54    1   12    48    0
                   0   /      \                 54    72   19   60    48  -64
 
-All columns are in fractions of the last phase's end, here 72. A given jerk has the same three phases with
-other numbers (`phases_of`).
+All columns are in fractions of the last phase's end, here 72. A ramp with a given jerk has the same three
+phases with different numbers (`phases_of`).
 
 The rates are in dv/T: the peak is the programmed rate a, so T = k*dv/a with the manual's k = 1, 2 and 4/3
-[chapter 2]. The trapezoidal rate is constant for half of the time [chapter 4, Acceleration Types].
+[chapter 2]. The trapezoidal rate is constant for half the time [chapter 4, Acceleration Types].
 
-Exact results are fractions of a ns and of a step. A course therefore counts time in ticks, a fraction of a ns
-of which all phases have a whole number. A new phase may need finer ticks. Nothing is rounded; a segment
-begins at the first whole ns of its phase.
+Exact results are fractions of a ns and of a step. A course therefore counts time in ticks. A tick is a
+fraction of a ns chosen so that every phase lasts a whole number of ticks. A new phase may need finer ticks.
+Nothing is rounded; a segment begins at the first whole ns of its phase.
 
 Speeds are in 1e-9 step/s here. The unit of travel is one unit of speed times one tick: 1e-18 step divided by
 the scale, the number of ticks in a ns.
@@ -67,9 +67,9 @@ PHASES: dict[Shape, tuple[Phase, ...]] = {
 
 
 def phases_of(rising: Fraction) -> tuple[Phase, ...]:
-    """Return the phases of a ramp with a rate that rises and falls in equal fractions of its time.
+    """Return the phases of a ramp whose rate takes the same fraction of the time to rise and to fall.
 
-    With f as this fraction, the peak rate is r = 1/(1 - f), and the rate grows by r/f.
+    If f is this fraction, the peak rate is r = 1/(1 - f), and the rate grows by r/f.
 
     >>> parts = phases_of(Fraction(1, 4))
     >>> [[Fraction(part, parts[-1][1]) for part in phase] for phase in parts] == [
@@ -121,11 +121,11 @@ class Course:
         self._ramp(from_nsps, to_nsps, ticks, phases)
 
     def cruise_to(self, steps: int, speed_nsps: int) -> None:
-        """Append constant speed up to a number of whole steps."""
+        """Append travel at constant speed up to a whole number of steps."""
         self._cruise(steps * _STEP * self.scale - self.travel, speed_nsps)
 
     def cruise_over(self, steps: Fraction, speed_nsps: int) -> None:
-        """Append constant speed over a length in steps, which need not be whole."""
+        """Append travel at constant speed over a length in steps, which need not be whole."""
         length = steps * _STEP
         self._refine_to(length.denominator)
         self._cruise(int(length * self.scale), speed_nsps)
@@ -142,7 +142,7 @@ class Course:
         self._ramp(from_nsps, to_nsps, int(time_ns * self.scale), phases)
 
     def steps_left(self, steps: int) -> Fraction:
-        """Return the distance from the end of the segments to a number of whole steps, in steps."""
+        """Return the distance, in steps, from the end of the segments to a whole number of steps."""
         return steps - Fraction(self.travel, _STEP * self.scale)
 
     def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> int:
@@ -152,7 +152,7 @@ class Course:
         return -(-end // (_STEP * self.scale))
 
     def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> None:
-        """Append constant speed and then a ramp down, to end exactly on a number of steps.
+        """Append travel at constant speed and then a ramp down, ending exactly on a number of steps.
 
         A ramp that is too long is shortened.
         """
@@ -175,7 +175,7 @@ class Course:
         return Motion(direction, origin, self._start_ns, self.segments, standstill)
 
     def endless(self, direction: int, origin: int, speed_nsps: int) -> Motion:
-        """Return a motion that continues after the course at constant speed without end."""
+        """Return a motion that continues at constant speed after the course and never ends."""
         self._append(self.end_ticks, FOREVER * self.scale, 0, (0, 0, speed_nsps, self.travel, 1))
         return Motion(direction, origin, self._start_ns, self.segments)
 
@@ -185,7 +185,7 @@ class Course:
         self.travel *= factor
 
     def _refine_to(self, denominator: int) -> None:
-        """Refine the ticks so that a fraction of a ns with a denominator is a whole number of ticks."""
+        """Refine the ticks so that 1/denominator of a ns is a whole number of ticks."""
         self._refine(denominator // gcd(denominator, self.scale))
 
     def _ramp_ticks(
@@ -204,7 +204,7 @@ class Course:
         return dividend * self.scale // divisor, PHASES[shape]
 
     def _cruise(self, length: int, speed_nsps: int) -> None:
-        """Append constant speed over a length in the unit of travel, if it is positive."""
+        """Append travel at constant speed over a length in units of travel, if the length is positive."""
         if length > 0:
             factor = speed_nsps // gcd(speed_nsps, length)
             self._refine(factor)
@@ -233,7 +233,7 @@ class Course:
 
 
 def _polynomial(phase: Phase, unit: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
-    """Return the travel in a phase of a ramp, by the formula above, as a polynomial of its ticks."""
+    """Return the travel in a phase of a ramp as a polynomial of its ticks, using the formula above."""
     square = ticks * ticks
     return (
         phase.jerk * change,
@@ -245,7 +245,7 @@ def _polynomial(phase: Phase, unit: int, travel: int, from_nsps: int, change: in
 
 
 def _in_ns(polynomial: Polynomial, scale: int, skipped: int) -> Polynomial:
-    """Return the picosteps as a polynomial of the ns after the first `skipped` ticks of a phase."""
+    """Convert a polynomial to picosteps over the ns after the first `skipped` ticks of a phase."""
     c3, c2, c1, c0, divisor = polynomial
     return (
         c3 * scale**3,

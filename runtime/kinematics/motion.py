@@ -3,7 +3,7 @@
     travel_at      picosteps since the start, never negative
     steps_at       whole steps: floor(travel)
     position_at    origin + direction * steps
-    instant_of     the first instant at which a number of steps is made
+    instant_of     the first instant at which a number of steps has been made
 
 A motion never changes. Where two segments meet, the later one applies; from `end_ns` on the axis is at rest.
 """
@@ -24,15 +24,15 @@ class Motion:
     Attributes:
         direction: +1 or -1.
         origin: step count at which the travel was 0.
-        segments: in order of time, without a gap; empty if the motion ends when it begins.
-        end_ns: the instant of the last step, None for an endless motion.
-        final_steps: whole steps of the complete motion, None for an endless motion.
+        segments: in chronological order, without gaps; empty if the motion ends when it begins.
+        end_ns: the instant of the last step, or None for an endless motion.
+        final_steps: whole steps of the complete motion, or None for an endless motion.
 
     Args:
-        standstill: the segment after the last one, None for an endless motion.
+        standstill: the segment after the last one, or None for an endless motion.
 
     Raises:
-        ValueError: an invalid direction.
+        ValueError: the direction is invalid.
     """
 
     __slots__ = (
@@ -116,13 +116,13 @@ class Motion:
         return self.end_ns is not None and bool(ramps_left) and all(ramp < 0 for ramp in ramps_left)
 
     def instant_of(self, steps: int) -> int | None:
-        """Return the first instant at which a number of whole steps is made.
+        """Return the first instant at which a number of whole steps has been made.
 
         Args:
             steps: counted from the point where the travel was 0.
 
         Returns:
-            `start_ns` if the steps were made before, None if the motion never makes them.
+            `start_ns` if the steps had already been made by then, None if the motion never makes them.
         """
         index = bisect_left(self._first_steps, steps)
         if index == 0:

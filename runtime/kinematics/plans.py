@@ -1,18 +1,19 @@
-"""Plans: every start of a motion, and every change of a running motion.
+"""Functions that plan every start of a motion, and every change to a motion in progress.
 
     move            a distance: up, constant, down; exact
-    run             no distance: up, then constant without end
+    run             no distance: up, then constant forever
     single_step     one step
     stop            down from any point to the starting speed, onto a whole step
-    change_speed    from any point to another speed, then constant without end
-    register        a number of additional steps, the deceleration included
+    change_speed    from any point to another speed, then constant forever
+    register        a number of additional steps, deceleration included
     go_on           like `register`, but accelerates until the deceleration is due
-    creep           down from any point to the starting speed, then at it to the motion's end
+    creep           down from any point to the starting speed, then at that speed to the motion's end
 
-A change acts at an instant: travel and speed continue from their present values, and an S-curve restarts.
+A change takes effect at an instant: travel and speed continue from their present values, and an S-curve
+starts over.
 
 Two values are rounded down to 1e-9 step/s: the peak speed of a move that is too short for its programmed
-speed, and the present speed at a change in the middle of a ramp. Everything else is exact by chapter 2.
+speed, and the present speed at a change in the middle of a ramp. Everything else follows chapter 2 exactly.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ from .profile import Profile
 from .shape import FINE, NANO, PICO, AnyShape, Jerk, Rate, ramp_time, stopping_distance
 
 FINEST = 10**6
-"""Largest denominator of the travel, in 1e-18 step, at a change.
+"""Largest denominator of the travel at a change, where travel is in units of 1e-18 step.
 
-Finer fractions are rounded: in a motion with many changes in S-curves they would grow without limit.
+Finer fractions are rounded, since their denominators would grow without limit in a motion with many changes
+during S-curves.
 """
 
 
@@ -58,7 +60,7 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
 
 
 def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
-    """Plan an endless motion: accelerate, then constant speed [chapter 4, Manual Move].
+    """Plan an endless motion: acceleration, then constant speed [chapter 4, Manual Move].
 
     >>> endless = run(0, 0, -1, Profile(1000, 5000, 20, 10))
     >>> endless.position_at(1_200_000_000), endless.end_ns
@@ -75,7 +77,7 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
 
 
 def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Motion:
-    """Plan one step, made after one period of the speed [chapter 4, One Shot Manual Move].
+    """Plan a single step, made after one step period at the given speed [chapter 4, One Shot Manual Move].
 
     >>> single_step(0, 7, +1, 1000).instant_of(1)
     1000000
@@ -84,7 +86,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
         speed_sps: in steps/s, from 1.
 
     Raises:
-        ValueError: an invalid direction, or a speed below 1.
+        ValueError: the direction is invalid, or the speed is below 1.
     """
     _check_speed(speed_sps)
     course = Course(now_ns)
@@ -93,10 +95,10 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
 
 
 def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:
-    """Plan the controlled stop of a motion: less than one step at its speed, then down to the starting speed.
+    """Plan a controlled stop: less than one step at the present speed, then a ramp to starting speed.
 
-    The stop ends on the first whole step that the deceleration allows. Below the starting speed it has no
-    ramp, and ends at once with the whole steps made.
+    The stop ends on the first whole step that the deceleration allows. Below the starting speed the stop has
+    no ramp, and ends immediately with the whole steps made so far.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -105,8 +107,8 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     (5800, 1400000000)
 
     Args:
-        motion: the present motion; an ended motion stays ended.
-        now_ns: begin of the stop, not before the motion's `start_ns`.
+        motion: the present motion; a motion that has ended stays ended.
+        now_ns: start of the stop, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
         deceleration_spmss: in steps/ms/s, above 0.
     """
@@ -126,7 +128,7 @@ def change_speed(
     deceleration_spmss: Rate,
     shape: AnyShape,
 ) -> Motion:
-    """Plan a change to another speed, above or below the starting speed, then constant without end.
+    """Plan a change to another speed, above or below the starting speed, and constant speed from then on.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -135,10 +137,10 @@ def change_speed(
     (500000, 5837)
 
     Args:
-        now_ns: begin of the change, not before the motion's `start_ns`.
+        now_ns: start of the change, not before the motion's `start_ns`.
         speed_sps: the new speed in steps/s, from 1.
-        acceleration_spmss: used if the new speed is higher, above 0.
-        deceleration_spmss: used if the new speed is lower, above 0.
+        acceleration_spmss: above 0; used if the new speed is higher.
+        deceleration_spmss: above 0; used if the new speed is lower.
 
     Raises:
         ValueError: the motion is over, or the speed is below 1.
@@ -159,8 +161,8 @@ def register(
 ) -> Motion:
     """Plan the end of a registration move after a number of further whole steps, deceleration included.
 
-    The motion keeps its speed until the deceleration is due [chapter 4, Registration Move]. The stopping
-    distance is enough: the ramp is shorter by the fraction of a step that is already made.
+    The motion keeps its speed until it must decelerate [chapter 4, Registration Move]. The rounded-up
+    stopping distance is enough, since the ramp is shortened by the fraction of a step already made.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -191,7 +193,7 @@ def register(
 def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     """Plan the end of a motion as a move over a number of further whole steps, from its present speed.
 
-    It accelerates to the programmed speed, or as far as the steps allow.
+    The motion accelerates to the programmed speed, or as far as the steps allow.
 
     >>> slewing = run(0, 0, +1, Profile(500, 2000, 1, 1))
     >>> ending = go_on(slewing, 0, 4000, Profile(500, 2000, 1, 1))
@@ -199,9 +201,9 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     True
 
     Args:
-        now_ns: begin of the move, not before the motion's `start_ns`.
+        now_ns: start of the move, not before the motion's `start_ns`.
         steps: number of steps after the whole steps made so far, from 1.
-        profile: its starting and programmed speed are those of the motion.
+        profile: has the same starting and programmed speeds as the motion.
 
     Raises:
         ValueError: the steps are fewer than the deceleration needs, or the motion is over.
@@ -221,9 +223,10 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
 
 
 def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
-    """Return the peak speed of a move over N steps from a speed v to rest, in 1e-9 step/s, rounded down.
+    """Return the peak speed, in 1e-9 step/s rounded down, of a move of N steps from a speed v to rest.
 
-    It is the programmed speed, or the speed at which chapter 2's two ramps add up to N [calculation note 2]:
+    The peak is the programmed speed, or the speed at which chapter 2's two ramps add up to N [calculation
+    note 2]:
 
         Vp^2 = (2*N*a*d/k + d*v^2 + a*Vo^2) / (a + d)
     """
@@ -238,9 +241,10 @@ def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
 
 
 def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:
-    """Return the peak speed of a move from a speed to rest, in 1e-9 step/s, rounded down.
+    """Return the peak speed, in 1e-9 step/s rounded down, of a move from a speed to rest.
 
-    Both ramps grow with the peak, so bisection finds the highest peak with ramps that fit the steps.
+    Both ramps get longer as the peak rises, so bisection finds the highest peak whose ramps fit into the
+    steps.
     """
     base_nsps, distance = NANO * profile.base_sps, steps * PICO * FINE
 
@@ -274,8 +278,8 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
     (2000, 4000, 6000000000)
 
     Args:
-        motion: the present motion, with an end.
-        now_ns: begin of the ramp, not before the motion's `start_ns`.
+        motion: the present motion, which must have an end.
+        now_ns: start of the ramp, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s, not above the motion's starting speed.
         deceleration_spmss: in steps/ms/s, above 0.
 
@@ -301,7 +305,7 @@ def _check_speed(speed_sps: int) -> None:
 
 
 def takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
-    """Return a course that continues a motion from `now_ns`, and the speed there in 1e-9 step/s."""
+    """Return a course that continues a motion from `now_ns`, and its speed then in 1e-9 step/s."""
     segment = motion.segment_at(now_ns)
     travel = segment.exact_travel_at(now_ns) * FINE
     if travel.denominator > FINEST:

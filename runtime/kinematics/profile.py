@@ -11,8 +11,8 @@ from .shape import AnyShape, Rate, Shape
 class Profile:
     """Speeds, rates and shape of a move [chapter 2].
 
-    At or below the starting speed a move runs at the programmed speed throughout, and the rates are
-    ignored [chapter 4, Manual Move].
+    If the programmed speed does not exceed the starting speed, the whole move runs at the programmed speed,
+    and the rates are ignored [chapter 4, Manual Move].
 
     Raises:
         ValueError: a value is too low. The module checks the upper limits.

@@ -1,4 +1,4 @@
-"""Segments: stretches of a motion in which travel is one polynomial of time.
+"""Segments: parts of a motion in which travel is a single polynomial of time.
 
 With u = t - start_ns and integers only:
 
@@ -8,8 +8,8 @@ With u = t - start_ns and integers only:
     Quadratic   c3 = 0: constant rate
     Cruise      c3 = c2 = 0: constant speed
 
-The coefficients contain every fraction of a profile exactly. A step is made when travel reaches it. Because
-floor(n/q) >= m is equivalent to n >= m*q, integers also find the instant of a step exactly.
+The coefficients represent every fraction in a profile exactly. A step is made when travel reaches it. Because
+floor(n/q) >= m is equivalent to n >= m*q, integer arithmetic also finds the instant of a step exactly.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ FOREVER = 1 << 100
 
 
 class Segment:
-    """A stretch of a motion, from `start_ns` to before `until_ns`.
+    """A part of a motion, from `start_ns` up to but not including `until_ns`.
 
     Its methods accept instants from `start_ns` to `until_ns`, both included.
 
     Attributes:
-        ramp: +1 accelerating, -1 decelerating, 0 at constant speed.
-        c3: coefficient of u^3; c2, c1 and c0 are the lower ones.
+        ramp: +1 when accelerating, -1 when decelerating, 0 at constant speed.
+        c3: coefficient of u^3; c2, c1 and c0 are the coefficients of the lower powers.
         q: divisor of the polynomial, greater than 0.
     """
 
@@ -73,12 +73,12 @@ class Segment:
         return None if self.until_ns == FOREVER else self.until_ns
 
     def exact_travel_at(self, t_ns: int) -> Fraction:
-        """Return the picosteps made since the motion began, not rounded."""
+        """Return the picosteps made since the motion began, unrounded."""
         elapsed = t_ns - self.start_ns
         return Fraction(((self.c3 * elapsed + self.c2) * elapsed + self.c1) * elapsed + self.c0, self.q)
 
     def exact_speed_at(self, t_ns: int) -> Fraction:
-        """Return the speed in 1e-3 step/s, not rounded."""
+        """Return the speed in 1e-3 step/s, unrounded."""
         elapsed = t_ns - self.start_ns
         return Fraction((3 * self.c3 * elapsed + 2 * self.c2) * elapsed + self.c1, self.q)
 
@@ -118,11 +118,11 @@ class Segment:
     def instant_of(self, steps: int) -> int:
         """Return the first instant at which a number of steps is made.
 
-        This is Newton's method in integers. The curve bends one way only, so the method converges from one
+        This is Newton's method in integers. The curve bends only one way, so the method converges from one
         side. The bracket (low, high] makes it end on the first u that reaches the travel.
 
         Args:
-            steps: not made yet at `start_ns`, and made at `until_ns`.
+            steps: number of steps, not yet reached at `start_ns` and reached by `until_ns`.
         """
         c3, c2, c1 = self._c3, self._c2, self._c1
         target_travel = steps * self._step - self._c0
@@ -139,7 +139,7 @@ class Segment:
         return self.start_ns + high
 
     def _guess(self, target_travel: int) -> int:
-        """Return an estimate of the u that reaches a travel: the lowest u at which one term reaches it."""
+        """Estimate the u that reaches a travel: the lowest u at which a single term reaches it."""
         guess = target_travel // self._c1
         if self._c2 > 0:
             guess = min(guess, isqrt(target_travel // self._c2))
@@ -149,7 +149,7 @@ class Segment:
 
 
 class Quadratic(Segment):
-    """Constant rate: a ramp of constant rate, or the middle of a trapezoidal S-curve."""
+    """A segment of constant rate: a constant-rate ramp, or the middle of a trapezoidal S-curve."""
 
     __slots__ = ()
 
@@ -164,7 +164,7 @@ class Quadratic(Segment):
 
         u is the root of c2*u^2 + c1*u = travel. The form 2*travel / (c1 + sqrt(c1^2 + 4*c2*travel)) is exact
         for small c2. The integer square root makes u less than 0.5 ns too late, and the integer division less
-        than 1 ns too early, so u is the instant or the ns before.
+        than 1 ns too early, so u is the instant or one ns before it.
         """
         c2, c1 = self._c2, self._c1
         target_travel = steps * self._step - self._c0
@@ -177,7 +177,7 @@ class Quadratic(Segment):
 
 
 class Cruise(Segment):
-    """Constant speed.
+    """A segment of constant speed.
 
     >>> cruise = Cruise(100, FOREVER, 0, (0, 0, 5_000_000, 0, 1))
     >>> cruise.steps_at(1_000_000_100), cruise.instant_of(5000), cruise.end_ns

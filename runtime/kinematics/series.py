@@ -1,7 +1,7 @@
 """`Segment.steps_at` for many instants at once, computed by numpy.
 
     instants   first_ns, first_ns + every_ns, first_ns + 2 * every_ns, ...
-    steps      floor(P(k) / step), where P is a polynomial of the index k with whole coefficients
+    steps      floor(P(k) / step), where P is a polynomial of the index k with integer coefficients
 
 At constant speed the numbers fit 64-bit integers. In a ramp they do not, so floats estimate the quotients
 with an error below `error`. Quotients within `error` of a whole number are computed exactly.
@@ -18,7 +18,7 @@ from .segment import Segment
 
 _INT64_ROOM = 1 << 62
 _ROUNDINGS = 16
-"""Largest error of a cubic in floats, in 2**-53 times the sum of its terms; Horner's bound is 7."""
+"""Largest error of a cubic in floats, as a multiple of 2**-53 * the sum of its terms; Horner's bound is 7."""
 
 
 def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:

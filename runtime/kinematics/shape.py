@@ -1,21 +1,21 @@
-"""The shapes of a speed change, its time and its distance: three with a fixed factor, one with a given jerk.
+"""The shapes of a speed change, their times and distances: three with a fixed factor, one with a set jerk.
 
     T = k * |v1 - v0| / a        D = T * (v0 + v1) / 2
 
-`a` is the programmed rate, which is the peak rate in the three shapes. `k` is the manual's factor on the time
-to accelerate [chapter 2, Calculating Move Profiles]. The distance formula is exact, since the shapes are
-symmetrical about their middle.
+`a` is the programmed rate, which is the peak rate in the three shapes. `k` is the manual's factor for the
+acceleration time [chapter 2, Calculating Move Profiles]. The distance formula is exact, since the shapes are
+symmetrical about their midpoint.
 
     shape         k     rate during the ramp
-    constant      1     a all the way
+    constant      1     a throughout
     triangular    2     rises to a at T/2, falls again
     trapezoidal   4/3   rises to a at T/4, constant to 3T/4 (50 %), falls again
 
-AMCI's networked drives use a jerk instead: it fixes the time in which the rate rises, and `k` follows; see
-`Jerk`.
+AMCI's networked drives use a jerk instead. The jerk determines how long the rate takes to rise, and `k`
+follows from that; see `Jerk`.
 
-Units in the whole package: time in ns, travel in 1e-12 step (picosteps), speed in 1e-3 step/s. One unit of
-speed for one ns is one unit of travel, so all numbers stay integers.
+Units throughout the package: time in ns, travel in 1e-12 step (picosteps), speed in 1e-3 step/s. One unit of
+speed times one ns is one unit of travel, so all numbers stay integers.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ MILLI = 1000
 FINE = 10**6
 """The finer unit of plans: speed in 1e-9 step/s, travel in 1e-18 step.
 
-Peak speeds and speeds within a ramp are rounded to 1e-9 step/s, which is one step in thirty years.
+Peak speeds and speeds within a ramp are rounded to 1e-9 step/s, which is about one step in thirty years.
 """
 
 NANO = MILLI * FINE
@@ -47,7 +47,7 @@ Rate = int | Fraction
 
 
 class Shape(Enum):
-    """The course of the rate during a ramp [chapter 4, Acceleration Types].
+    """How the rate changes during a ramp [chapter 4, Acceleration Types].
 
     >>> Shape.TRAPEZOIDAL.factor
     Fraction(4, 3)
@@ -63,13 +63,13 @@ class Shape(Enum):
 
     @property
     def factor(self) -> Fraction:
-        """The factor k on the time to accelerate [chapter 2]."""
+        """The factor k for the acceleration time [chapter 2]."""
         return Fraction(self.numerator, self.denominator)
 
 
 @dataclass(frozen=True, slots=True)
 class Jerk:
-    """The course of the rate with a given jerk, as a percentage of the rate [SMD manual p. 46].
+    """How the rate changes for a given jerk, which is a percentage of the rate [SMD manual p. 46].
 
     The jerk is j = J * a / 100, so the rate rises from zero to any `a` in 100/J seconds.
 
@@ -81,9 +81,10 @@ class Jerk:
     percent: int  # J, from 1
 
     def course(self, change_nsps: int, rate_spmss: Rate) -> tuple[Fraction, Fraction]:
-        """Return the time of a speed change in ns, and the fraction of it in which the rate rises.
+        """Return the time of a speed change in ns, and the fraction of it during which the rate rises.
 
-        The time of a triangular course is rounded up to an even number of ns, so it is never steeper.
+        The time of a triangular ramp is rounded up to an even number of ns, so the ramp is never steeper than
+        set.
 
         >>> time_ns, rising = Jerk(400).course(30_000 * NANO, 58)  # SMD manual p. 51
         >>> round(float(time_ns) / 1e9, 4), round(float(1 - 2 * rising), 3)
@@ -103,14 +104,14 @@ AnyShape = Shape | Jerk
 
 
 def ramp_time(change_nsps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
-    """Return the time of a speed change of 0 or more, in ns, not rounded."""
+    """Return the unrounded time, in ns, of a speed change of 0 or more."""
     if isinstance(shape, Jerk):
         return shape.course(change_nsps, rate_spmss)[0]
     return Fraction(shape.numerator * change_nsps) / (shape.denominator * MILLI * rate_spmss)
 
 
 def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
-    """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps, not rounded.
+    """Return the unrounded distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps.
 
     >>> ramp_distance(1_000_000, 5_000_000, 20, Shape.CONSTANT) / PICO  # chapter 2's example: 600 steps
     Fraction(600, 1)
@@ -122,7 +123,7 @@ def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: AnyShap
 
 
 def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-    """Return the length of a stop, the ramp down to the starting speed, in picosteps, rounded up.
+    """Return the length of the ramp down to the starting speed, in picosteps, rounded up.
 
     >>> stopping_distance(5_000_000, 1000, 10, Shape.CONSTANT) // PICO  # chapter 2's example: 1200 steps
     1200

@@ -9,5 +9,5 @@
 | `clients/` | blocking clients of real devices, and `probing`, which finds devices |
 | `hosts`, `serialport` | addresses of networks and serial devices |
 
-This package uses the clock of the loop and imports no simulated device. A codec contains its line format.
+This package uses the loop's clock and does not import any simulated device. A codec contains its line format.
 """

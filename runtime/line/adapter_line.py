@@ -32,7 +32,7 @@ class Line(Protocol):
 
 
 class FaultyDevice:
-    """A device on a line that may fail; its attributes are described above."""
+    """A device on a line that may fail; the attributes are described above."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -46,7 +46,7 @@ class FaultyDevice:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """The next wake-up of the device."""
+        """The instant of the device's next wake-up."""
         return self.device.next_wake_ns
 
     def receive(self, now_ns: int, data: bytes) -> None:
@@ -55,7 +55,7 @@ class FaultyDevice:
             self.device.receive(now_ns, data)
 
     def advance(self, now_ns: int) -> bytes:
-        """Advance to `now_ns`; return the reply, lost or damaged as configured."""
+        """Advance to `now_ns`; return the reply, dropped or damaged as configured."""
         data = self.device.advance(now_ns)
         if not data or self.down:
             return b""
@@ -73,7 +73,7 @@ class FaultyDevice:
 
 
 class Bus(Protocol):
-    """A transport of bytes in virtual time."""
+    """A transport for bytes in virtual time."""
 
     def next_event_ns(self) -> int | None:
         """Return the instant of the next event, or None."""
@@ -88,15 +88,15 @@ class Bus(Protocol):
         """Send as the master, starting now."""
 
     def silence(self) -> None:
-        """Drop all bytes in transit, and received bytes that were not taken."""
+        """Drop all bytes in transit, and all received bytes that have not been taken."""
 
 
 class SimulatedLine(Line):
     """A line with one simulated device.
 
     Args:
-        faults: the device with the faults of its line.
-        bus: makes the transport of the bytes.
+        faults: the device, with the faults of its line.
+        bus: function that makes the transport for the bytes.
     """
 
     def __init__(self, faults: FaultyDevice, bus: Callable[[FaultyDevice], Bus] = SerialBus) -> None:

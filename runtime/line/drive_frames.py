@@ -1,6 +1,7 @@
 """Requests to a networked drive over Modbus TCP, each with a function that reads its reply.
 
-Transaction, unit and function match a reply to its request, so a late reply never counts for another request.
+A reply is matched to its request by transaction, unit and function, so a late reply never counts for another
+request.
 """
 
 from __future__ import annotations

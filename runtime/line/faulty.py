@@ -4,10 +4,10 @@
     crc=1/10     the last of every ten replies is damaged
     delay=200    each reply comes 200 ms later, until delay=0
     silence=on   the device receives and sends nothing until silence=off, as on a cut line
-    reset        the power of the device goes off and on
+    reset        the device's power goes off and on again
 
-A reply is all bytes that a device sends at one instant. A fault damages its last byte: a byte of the checksum
-of a Modbus or PMC006 frame, or the line end of AA ASCII.
+A reply is all bytes that a device sends at one instant. A fault damages the last byte, which belongs to the
+checksum of a Modbus or PMC006 frame, or to the line end in AA ASCII.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .wire import ControllerDevice, Device, LineFormat
 REPLIES_MAX = 1_000_000
 DELAY_MAX_MS = 60_000
 DAMAGE = 0xFF
-"""Mask of the bits that change in the last byte of a damaged reply."""
+"""Mask of the bits that are flipped in the last byte of a damaged reply."""
 
 _HITS = re.compile(r"([0-9]{1,7})(?:/([0-9]{1,7}))?", re.ASCII)
 ALLOWED = "drop=N, drop=N/M, crc=N, crc=N/M, delay=MS, silence=on, silence=off and reset"
@@ -49,10 +49,10 @@ class Hits:
 
 
 def hits_of(value: str) -> Hits:
-    """Parse the replies that a fault affects, such as `3` or `1/10`.
+    """Parse which replies a fault affects, as in `3` or `1/10`.
 
     Raises:
-        ValueError: another form, or the first number is greater than the second.
+        ValueError: the text has another form, or the first number is greater than the second.
     """
     match = _HITS.fullmatch(value)
     count, period = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
@@ -63,11 +63,12 @@ def hits_of(value: str) -> Hits:
 
 
 class FaultInjector(Device):
-    """A device on a line with faults on request; without faults it behaves as the device.
+    """A device on a line with faults on request; without faults it behaves like the bare device.
 
     Args:
         device: the device on the line.
-        turnaround_ns: returns the silence between a request and its reply, ns; a delay is added.
+        turnaround_ns: function that returns the silence between a request and its reply, ns; a delay is added
+        to it.
     """
 
     def __init__(self, device: ControllerDevice, turnaround_ns: Callable[[], int] = lambda: 0) -> None:
@@ -82,12 +83,12 @@ class FaultInjector(Device):
 
     @property
     def line_format(self) -> LineFormat:
-        """The format of the last reply, or the device's format before it."""
+        """The format of the last reply; before the first reply, the device's format."""
         return self._format or self._device.line_format
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the device's next event, or of a waiting reply."""
+        """Instant of the device's next event, or the instant at which a waiting reply is due."""
         due_ns = self._device.next_wake_ns
         if not self._waiting:
             return due_ns

@@ -1,12 +1,12 @@
-"""A gateway from Modbus TCP to a serial line, without I/O; it sends one request at a time, with a time limit.
+"""A gateway from Modbus TCP to a serial line, without I/O; it sends one request at a time, with a timeout.
 
     client 1  |request|............|reply|
     client 2      |request|.....................|reply|
     line       |frame|  |frame of the reply|  |frame|  |...
 
-Received bytes count as a reply if checksum, address and function are right. Without a reply in time, the
-client receives exception 0Bh, *gateway target device failed to respond* [Modbus application protocol,
-section 7].
+Received bytes count as a reply if their checksum, address and function are correct. If no reply arrives in
+time, the client receives exception 0Bh, *gateway target device failed to respond* [Modbus application
+protocol, section 7].
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ BUSY = 0x06
 EXCEPTION = 0x80
 BROADCAST = 0
 WAITING_MAX = 64
-"""Maximum requests that wait for the line; a further one gets exception 06h, *server device busy*."""
+"""Maximum number of requests that wait for the line; any more get exception 06h, *server device busy*."""
 
 SILENCE_CHARACTERS = 3.5
 
@@ -40,7 +40,7 @@ class GatewayRequest(Generic[Client]):
     pdu: bytes
 
     def refused(self, code: int) -> bytes:
-        """Return the exception with a code."""
+        """Return the reply that refuses the request with an exception code."""
         return bytes((self.pdu[0] | EXCEPTION, code))
 
 
@@ -52,9 +52,9 @@ class Gateway(Generic[Client]):
 
     Args:
         line: the units on the line, as one device.
-        address_of: returns the line's address for a client's unit number.
+        address_of: function that returns the address on the line for a client's unit number.
         timeout_ns: time from the end of a request on the line to exception 0Bh.
-        timed: whether characters take time on the line; a reply then ends with a silence.
+        timed: whether characters take time on the line; if so, a reply ends with a silence.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Gateway(Generic[Client]):
         return None
 
     def advance(self, now_ns: int) -> Replies[Client]:
-        """Advance line and requests to `now_ns`; return the replies, each with its client."""
+        """Advance the line and the requests to `now_ns`; return the replies, each with its client."""
         replies: Replies[Client] = []
         while True:
             self._begin(now_ns)

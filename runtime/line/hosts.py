@@ -1,4 +1,4 @@
-"""Host and port of a TCP address in text, IPv6 in brackets: `localhost:502`, `[::1]:502`.
+"""Host and port of a TCP address as text, with IPv6 in brackets: `localhost:502`, `[::1]:502`.
 
 Without brackets the port follows the last colon: `::1:502` is port 502 of `::1`.
 """
@@ -13,7 +13,7 @@ _ADDRESS = re.compile(r"(?:\[(?P<v6>[0-9A-Fa-f:.%\w]+)\]:|(?P<host>[^\[\]\s]*):)
 
 
 def split_address(text: str) -> tuple[str, int]:
-    """Return host and port; the host is "" if the text is a port only.
+    """Return the host and port; the host is "" if the text is only a port.
 
     >>> split_address("plc:502"), split_address("[::1]:502"), split_address("502")
     (('plc', 502), ('::1', 502), ('', 502))
@@ -29,7 +29,7 @@ def split_address(text: str) -> tuple[str, int]:
 
 
 def join_address(host: str, port: int) -> str:
-    """Return host and port as one text; the inverse of `split_address`.
+    """Join a host and a port into one text; this is the inverse of `split_address`.
 
     >>> join_address("::1", 502), join_address("plc", 502)
     ('[::1]:502', 'plc:502')

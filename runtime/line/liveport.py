@@ -4,8 +4,8 @@
 
 The scan loop never waits for the port. A lost port is reopened when it is available again; until then, sent
 bytes are dropped, as on a cut line. Only the receiver closes and opens the port, since a port must not be
-closed while another thread reads from it. No error ends a thread: it closes the port, and the adapter reports
-its reason as an event.
+closed while another thread reads from it. An error never ends a thread; instead the port is closed, and the
+adapter reports the reason as an event.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Item = TypeVar("Item")
 
 TCP = "tcp:"
 RECEIVE_S = 0.05
-"""Longest wait, in s, of the receiver before it checks for the end."""
+"""Longest time, in s, that the receiver waits before it checks whether to end."""
 
 REOPEN_S = 0.5
 """Time, in s, between two attempts to reopen a lost port."""
 
 
 def check_address(port: str) -> None:
-    """Refuse an invalid address of a port.
+    """Raise an error if a port's address is invalid.
 
     Raises:
-        ValueError: a TCP address without host or number, or an empty text.
+        ValueError: the text is empty, or it is a TCP address without a host or port number.
     """
     if port.startswith(TCP):
         try:
@@ -66,14 +66,14 @@ def open_port(port: str, line_format: LineFormat) -> Link:
 
 
 Sending = tuple[bytes, LineFormat] | None
-"""Bytes to send and their format; None ends the sender."""
+"""Bytes to send and their format, or None to end the sender."""
 
 
 class LiveLine(Line):
     """A line through a port.
 
     Args:
-        open_link: opens the port, at the start and after each loss.
+        open_link: function that opens the port, at the start and after each loss.
 
     Raises:
         LinkError: the port can't be opened.
@@ -100,7 +100,7 @@ class LiveLine(Line):
 
     @override
     def run_until(self, now_ns: int) -> None:
-        """Do nothing: real time runs by itself."""
+        """Do nothing, since real time advances by itself."""
 
     @override
     def take(self) -> bytes:
@@ -131,7 +131,7 @@ class LiveLine(Line):
                 self._note_loss(error)
 
     def _listen(self) -> None:
-        """Wait for bytes once; without a port, try once to open it."""
+        """Wait once for bytes; if the port is lost, try once to reopen it."""
         failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
@@ -184,7 +184,7 @@ class LiveLine(Line):
 
 
 def _message_of(error: Exception) -> str:
-    """Return the text of a `LinkError`; other errors also have their type."""
+    """Return an error's text, preceded by its type unless it is a `LinkError`."""
     return str(error) if isinstance(error, LinkError) else f"{type(error).__name__}: {error}"
 
 

@@ -4,14 +4,14 @@
     gap_ns                         gap_ns
             sent_ns ------ patience ------> failed
 
-A late reply may arrive up to `LATE_NS` after the time limit, and look like the reply to a later request.
+A late reply may arrive up to `LATE_NS` after the time limit, and may look like the reply to a later request.
 
-A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None if the exchange failed:
-no reply, a damaged reply, or a reply to another request. It yields a `LinePause` to wait, and `PUBLISH` when
-the caller should read its results.
+A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None if the exchange failed
+because the reply was missing, damaged or for another request. It yields a `LinePause` to wait, and `PUBLISH`
+when the caller should read its results.
 
-Time is virtual, and the caller reads and writes all bytes. pymodbus's clients use a port and the wall clock
-instead.
+Time is virtual, and the caller reads and writes all bytes. By contrast, pymodbus's clients use a port and the
+wall clock.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ class Reply(NamedTuple):
 
 
 class Verdict(Enum):
-    """State of the received bytes without a reply."""
+    """State of the received bytes if they are not a reply."""
 
     UNFINISHED = "unfinished"
     FOREIGN = "no reply to this request"
 
 
 Read = Callable[[bytes], Reply | Verdict]
-"""Returns the reply in the received bytes, or their state without one."""
+"""Function that returns the reply in the received bytes, or their state if they are not a reply."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class LinePause:
 
 
 class Publish(Enum):
-    """The token with which a script publishes its results."""
+    """The token that a script yields to publish its results."""
 
     PUBLISH = "publish"
 
@@ -72,7 +72,7 @@ Script = Generator[Step, Reply | None, None]
 
 
 LATE_NS = 1_000_000_000
-"""Longest time from the failure of a request to its late reply."""
+"""Longest time from the failure of a request to the arrival of its late reply."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +86,11 @@ class LineTiming:
 
 
 class Master:
-    """Carries out a script over a line.
+    """Runs a script over a line.
 
     Attributes:
         now_ns: the present time, which scripts read.
-        published: the script has new results; the caller reads them and clears this.
+        published: whether the script has new results; the caller reads them and clears this flag.
         failures: number of failed exchanges.
         line_format: the present format of the line.
     """
@@ -117,11 +117,11 @@ class Master:
         return len(self._late_until_ns)
 
     def expect_nothing_late(self) -> None:
-        """Expect no late replies: the device has lost its requests, or replies identify their requests."""
+        """Expect no late replies, since the device lost its requests, or replies identify their requests."""
         self._late_until_ns.clear()
 
     def wake(self) -> None:
-        """End a pause of the script at its next `advance`."""
+        """End the script's pause at the next `advance`."""
         if self._request is None and self._pause_until_ns is not None:
             self._pause_until_ns = min(self._pause_until_ns, self.now_ns)
 
@@ -133,7 +133,7 @@ class Master:
 
     @property
     def next_wake_ns(self) -> int:
-        """Instant for the next `advance`."""
+        """Instant at which `advance` must be called next."""
         if self.published:
             return self.now_ns
         if self._request is None:

@@ -5,7 +5,7 @@
 
 pymodbus 3.15 and 3.16 decode more than the standard allows, for example extra bytes after the data, and wrong
 byte counts. The guard encodes the decoded PDU again and compares the bytes [Modbus V1.1b3, chapter 6].
-pymodbus's `datastore_update` is not used, since it answers functions 05 and 06 by a read.
+pymodbus's `datastore_update` is not used, since it answers functions 05 and 06 by reading the value back.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from typing_extensions import override
 EXCEPTION = 0x80
 EXCEPTION_BYTES = 2
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE, DEVICE_BUSY = 1, 2, 3, 4, 6
-"""Exceptions [Modbus V1.1b3, chapter 7]."""
+"""Exception codes [Modbus V1.1b3, chapter 7]."""
 
 WRITE_BITS_MAX, WRITE_WORDS_MAX, WRITE_AND_READ_MAX = 1968, 123, 121
-"""Maximum coils of 0Fh, registers of 10h, registers written by 17h; pymodbus has higher limits or none."""
+"""Most coils for 0Fh, registers for 10h, and registers written by 17h; pymodbus has higher limits or none."""
 
 
 class ModbusRefusedError(ValueError):
-    """A refusal of a request, with the code of the exception."""
+    """A refused request, with the exception code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"exception {code:02x}h")
@@ -46,7 +46,7 @@ class GuardedDecoder(DecodePDU):
 
     @override
     def decode(self, frame: bytes) -> ModbusPDU | None:
-        """Decode a PDU; None if the bytes are not one complete and valid PDU."""
+        """Decode a PDU; return None if the bytes are not one complete and valid PDU."""
         try:
             kind = self.lookupPduClass(b"\0" + frame)  # in an RTU frame the function is the second byte
             if kind is None:
@@ -59,7 +59,7 @@ class GuardedDecoder(DecodePDU):
 
 
 def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
-    """Return whether the bytes are exactly the bytes of the PDU, with the right counts."""
+    """Return whether the bytes are exactly those of the PDU, with correct counts."""
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may contain unused bits
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MAX and pdu.byte_count == size == pdu.data_byte_count
@@ -87,12 +87,12 @@ def encoded(pdu: ModbusPDU) -> bytes:
 
 
 def bits_of(number: int, count: int) -> list[bool]:
-    """Return the lowest bits of a number, bit 0 first; the inverse of `number_of`."""
+    """Return the lowest bits of a number, bit 0 first; this is the inverse of `number_of`."""
     return [bool(number >> index & 1) for index in range(count)]
 
 
 def number_of(bits: Sequence[bool]) -> int:
-    """Return bits as a number, bit 0 first.
+    """Return the number that consists of the bits, bit 0 first.
 
     >>> number_of([True, False, True])
     5
@@ -126,10 +126,11 @@ def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
 
 
 def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> ModbusPDU:
-    """Carry out a request of `request_of`; return the reply or exception.
+    """Carry out a request from `request_of`; return the reply or exception.
 
     Args:
-        carry_out: carries out a request and returns its reply; it may raise `ModbusRefusedError`.
+        carry_out: function that carries out a request and returns its reply; it may raise
+        `ModbusRefusedError`.
     """
     if isinstance(request, ExceptionResponse):
         return request
@@ -145,13 +146,13 @@ def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> byte
 
 
 def reply_with(request: ModbusPDU, values: Sequence[Any]) -> ModbusPDU:
-    """Return the reply to a read, with its bits or registers."""
+    """Return the reply to a read, with the bits or registers that were read."""
     name = "bits" if request.function_code in _BITS_READ else "registers"
     return _reply_class(request)(**{name: values})
 
 
 def reply_to_write(request: ModbusPDU) -> ModbusPDU:
-    """Return the reply to a write: address and count of several values, otherwise the request itself."""
+    """Return the reply to a write: address and count for several values, otherwise the request itself."""
     if request.function_code in _SEVERAL_WRITTEN:
         return _reply_class(request)(address=request.address, count=request.count)
     return request
@@ -168,10 +169,10 @@ def _reply_class(request: ModbusPDU) -> Callable[..., ModbusPDU]:
 _BITS_READ = (0x01, 0x02)
 _SEVERAL_WRITTEN = (0x0F, 0x10)
 _WRITES = (0x05, 0x06, *_SEVERAL_WRITTEN, 0x16)
-"""Functions with an answer that repeats the request, or its address and count."""
+"""Functions whose answer repeats the request, or its address and count."""
 
 _REGISTERS_READ: Mapping[int, str] = {0x03: "count", 0x04: "count", 0x17: "read_count"}
-"""The attribute of a request with its number of registers."""
+"""The attribute that contains a request's number of registers, by function."""
 
 
 def answer_bytes(request: ModbusPDU) -> int:
@@ -190,14 +191,14 @@ def answer_bytes(request: ModbusPDU) -> int:
 
 
 def refusal(request: ModbusPDU, answer: ModbusPDU | None) -> int | None:
-    """Return the code of an exception that answers a request, or None."""
+    """Return the exception code if the answer is an exception for the request, else None."""
     if isinstance(answer, ExceptionResponse) and answer.function_code == request.function_code | EXCEPTION:
         return answer.exception_code
     return None
 
 
 def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
-    """Return why a normal answer does not match the request, or "" if it matches."""
+    """Return the reason why a normal answer does not match the request, or "" if it matches."""
     function = request.function_code
     if answer.function_code != function:
         return "a response to a different request"

@@ -1,9 +1,9 @@
-"""The return from AA ASCII of a PCL601 that ignores Modbus [Anaheim Automation ASCII, Direct Talk].
+"""How to bring a PCL601 that ignores Modbus back from AA ASCII [Anaheim Automation ASCII, Direct Talk].
 
 8E1  | request, no reply |                              | request, reply
 8N1                      | @% CR  | 1 CR LF |  @1| CR  |
 
-`@%` requests the address of every device in AA ASCII; `|` has no reply.
+`@%` asks every device in AA ASCII for its address; `|` has no reply.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from .wire import LineFormat
 LINE_FORMAT = LineFormat(38_400, "N")
 ASK = b"@%\r"
 ANSWER_MAX = 4
-"""Two digits, CR and LF."""
+"""Longest answer: two digits, CR and LF."""
 
 
 def ask_address(unit: int) -> LineRequest:
-    """Return the request for the address, which accepts only the reply of `unit`."""
+    """Return the request for the address; it accepts only a reply from `unit`."""
     return LineRequest(ASK, ANSWER_MAX, partial(_read, unit=unit), LINE_FORMAT)
 
 

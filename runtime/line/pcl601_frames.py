@@ -13,7 +13,7 @@ from .rtu import frame, is_frame
 from .wire import LineFormat
 
 LINE_FORMAT = LineFormat(38_400, "E")
-"""Fixed; the manual's "no start bit, no stop bit" is 11 bits by the manual's calculation."""
+"""The fixed line format; the manual says "no start bit, no stop bit", but calculates with 11 bits."""
 
 FRAME_OVERHEAD = 3
 
@@ -30,7 +30,7 @@ def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
 
 
 def request(unit: int, pdu: ModbusPDU) -> LineRequest:
-    """Return the frame of a request of `pcl601_pdus` to a unit.
+    """Return the frame that sends a request from `pcl601_pdus` to a unit.
 
     >>> from scanrack.io_images.pcl601 import Code
     >>> request(1, pdus.command(Code.GO)).frame.hex(" ")

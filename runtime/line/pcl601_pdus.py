@@ -22,18 +22,19 @@ READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS = 0x01, 0x02, 0x03
 WRITE_REGISTERS, REPORT_ID = 0x10, 0x11
 READS = (READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS, REPORT_ID)
 ID_BYTES = 7
-"""Length of the PDU that answers 11h."""
+"""Length of the PDU that answers function 11h."""
 
 
 class Pcl601Identity(ReportDeviceIdResponse):
     """Address and firmware [Appendix 3, 0x11].
 
-    This is a subclass because pymodbus adds the standard's run status at the end; the manual prints none.
+    This is a subclass because pymodbus adds the standard's run status at the end, which the manual does not
+    show.
     """
 
     @override
     def encode(self) -> bytes:
-        """Return byte count, address and firmware."""
+        """Return the byte count, address and firmware."""
         return bytes((len(self.identifier),)) + self.identifier
 
     @override
@@ -48,7 +49,7 @@ ANSWERS.register(Pcl601Identity)
 
 
 def is_answer(request: ModbusPDU, answer: ModbusPDU) -> bool:
-    """Return whether a normal answer matches the request; the data of an answer to 11h contain the unit."""
+    """Return whether a normal answer matches the request; an answer to 11h also contains the unit."""
     if isinstance(answer, Pcl601Identity) and answer.identifier[:1] != bytes((request.dev_id,)):
         return False
     return not mismatch(request, answer)
@@ -70,7 +71,7 @@ def read_input_register() -> ModbusPDU:
 
 
 def read_registers(first: Register, count: int) -> ModbusPDU:
-    """Return the request for `count` words, beginning with the first word of a register."""
+    """Return the request that reads `count` words, starting with the first word of a register."""
     return words.ReadHoldingRegistersRequest(address=ROWS[first].address, count=count)
 
 
@@ -85,7 +86,7 @@ def write_register(register: Register, word: int) -> ModbusPDU:
 
 
 def write_registers(first: Register, values: Sequence[int]) -> ModbusPDU:
-    """Return the request that writes unsigned words, beginning with the first word of a register."""
+    """Return the request that writes unsigned words, starting with the first word of a register."""
     return words.WriteMultipleRegistersRequest(address=ROWS[first].address, registers=list(values))
 
 
@@ -109,6 +110,6 @@ def low_high(value: int) -> tuple[int, int]:
 
 
 def signed_pair(low: int, high: int) -> int:
-    """Return the signed value of two words; the inverse of `low_high`."""
+    """Return the signed value of two words; this is the inverse of `low_high`."""
     value = low | high << 16
     return value - (1 << 32) if value >> 31 else value

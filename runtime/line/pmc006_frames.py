@@ -22,7 +22,7 @@ LINE_FORMAT = LineFormat(BAUD)
 
 
 def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
-    """Read a reply of a unit; the reply to an instruction that sets a value contains the value."""
+    """Read a unit's reply; the reply to an instruction that sets a value contains the value."""
     if len(data) < FRAME_BYTES:
         return Verdict.UNFINISHED
     frame = decode(data)
@@ -34,7 +34,7 @@ def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
 
 
 def instruction(unit: int, name: str, value: int = 0) -> LineRequest:
-    """Return the request of an instruction by its name in the summary table.
+    """Return the request for an instruction, given its name in the summary table.
 
     >>> instruction(1, "step", 2500).frame.hex(" ")
     'a5 01 73 c4 09 00 00 e6'
@@ -45,7 +45,7 @@ def instruction(unit: int, name: str, value: int = 0) -> LineRequest:
 
 
 def reading(unit: int, name: str) -> LineRequest:
-    """Return the request of a read, which accepts any value."""
+    """Return the request that reads a value; it accepts a reply with any value."""
     row = BY_NAME[name]
     return LineRequest(command(unit, row.code), FRAME_BYTES, partial(_read_value, unit=unit))
 
@@ -56,7 +56,7 @@ def _read_value(data: bytes, unit: int) -> Reply | Verdict:
 
 
 def value_of(reply: Reply) -> int:
-    """Return the data of a reply, 32 bits, signed."""
+    """Return a reply's data as a signed 32-bit number."""
     frame = decode(reply.data)
     assert frame is not None
     return frame.data

@@ -8,9 +8,9 @@ For a 3601:
 
     03, 04   reads        06, 10  writes        17  writes and then reads
 
-A write of all output words is an exchange: they change together. A write of fewer words is *torn*: the module
-may see half a command. A torn write is carried out and counted, or refused with exception 02h. Counts are
-checked before addresses, with exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
+A write of all output words is an exchange, in which they change together. A write of fewer words is *torn*,
+since the module may see half a command. A torn write is carried out and counted, or refused with exception
+02h. Counts are checked before addresses, with exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class RemoteWords:
         outputs: the words that the PLC wrote last, 0 to 65,535.
         exchanges: number of writes that were carried out, including torn writes.
         torn: number of torn writes, carried out or refused.
-        heard_ns: instant of the latest write that was carried out, None before the first.
+        heard_ns: instant of the latest write that was carried out, or None before the first one.
 
     Args:
-        inputs: returns the module's present input words, 0 to 65,535.
+        inputs: function that returns the module's present input words, 0 to 65,535.
         size: number of output words.
-        whole: refuse torn writes.
+        whole: whether to refuse torn writes.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class RemoteWords:
         self.heard_ns = now_ns
 
     def _read(self, now_ns: int, outputs: Sequence[int], first: int, count: int) -> Sequence[int]:
-        """Return registers of a block: output words, input words, counts and age."""
+        """Return registers from a block of output words, input words, counts and age."""
         block = [*outputs, *self._inputs(), *self._counts_and_age(now_ns)]
         if first + count > len(block):
             raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)

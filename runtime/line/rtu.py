@@ -1,18 +1,18 @@
 """Modbus RTU framing: frames in a stream of bytes [Message Framing, Appendix 2].
 
-On a line with exact timing, a frame is between two silences of 3.5 characters, and a pause of more than 1.5
-characters in a frame makes it invalid:
+On a line with exact timing, a frame lies between two silences of 3.5 characters, and a pause of more than 1.5
+characters within a frame makes it invalid:
 
     ...|  >= 3.5  |addr func data ... crc crc|  >= 3.5  |...
 
-TCP, pseudo-terminals and USB adapters do not keep this timing. There, a frame is complete when the length of
-its function has arrived and its CRC is right, independent of pauses. Silence only resynchronizes: the bytes
-after it may complete the frame before it, or begin a frame:
+TCP, pseudo-terminals and USB adapters do not keep this timing. There, a frame is complete when as many bytes
+as its function requires have arrived and its CRC is correct, regardless of pauses. Silence only
+resynchronizes: the bytes after it may complete the frame before it, or begin a new frame:
 
     addr func da   ....   ta crc crc               one frame
     addr func      ....   addr func data crc crc   a fragment that is dropped, and a frame
 
-A frame after garbage is not lost. A frame of a function of unknown length ends with silence.
+A frame after garbage is not lost. A frame ends with silence if its function has no known length.
 
 Only the CRC of pymodbus's `FramerRTU` is used. Versions 3.15 and 3.16 lose the second of two frames in one
 read, and ignore the time between characters; 3.16 loses a frame after noise
@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from pymodbus.framer import FramerRTU
 
 FRAME_MAX = 256
-"""Bytes of the longest frame: 1 + 1 + 252 + 2."""
+"""Number of bytes in the longest frame: 1 + 1 + 252 + 2."""
 
 FRAME_MIN = 4
 FIXED_LENGTH = {0x01: 8, 0x02: 8, 0x03: 8, 0x04: 8, 0x05: 8, 0x06: 8, 0x11: 4}
@@ -54,7 +54,7 @@ def frame(address: int, pdu: bytes) -> bytes:
 
 
 def is_frame(data: bytes) -> bool:
-    """Return whether length and CRC are right."""
+    """Return whether the length and the CRC are correct."""
     return FRAME_MIN <= len(data) <= FRAME_MAX and crc(data[:-2]) == data[-2:]
 
 
@@ -85,10 +85,10 @@ class Framer:
         return self._timing.gap_ns
 
     def receive(self, start_ns: int, now_ns: int, data: bytes) -> list[bytes]:
-        """Receive bytes without a pause; return the frames that end without a silence.
+        """Receive bytes that arrive without a pause; return the frames that are complete without a silence.
 
         Args:
-            start_ns: start of the first byte.
+            start_ns: instant at which the first byte starts.
         """
         timing = self._timing
         if self._buffer and timing.pause_ns is not None and start_ns - self._last_ns > timing.pause_ns:
@@ -126,7 +126,8 @@ class Framer:
         """Yield the complete frames, and keep bytes that may begin another frame.
 
         Args:
-            final: a silence has passed, so also find frames after bytes that are unlikely to begin one.
+            final: whether a silence has passed; if so, also find frames after bytes that are unlikely to
+            begin one.
         """
         buffer, offset, end = bytes(self._buffer), 0, 0
         while offset < len(buffer):
@@ -164,7 +165,7 @@ class Framer:
         return None if outer_end == len(buffer) != inner_end else start
 
     def _frame_after(self, buffer: bytes, offset: int) -> int | None:
-        """Return the first start of a frame after a silence behind `offset`, or None."""
+        """Return the first start of a frame that follows a silence after `offset`, or None."""
         return next((start for start in self._starts if start > offset and _frame_at(buffer, start)), None)
 
     def _drop(self, count: int) -> None:
@@ -179,7 +180,7 @@ class Framer:
 
 
 def _frame_at(buffer: bytes, offset: int) -> bytes | None:
-    """Return the frame at an offset; b"" without a frame there, None if more bytes may complete one."""
+    """Return the frame at an offset, b"" if there is none, or None if more bytes may complete one."""
     length = _length(buffer, offset)
     if length is None or offset + length > len(buffer):
         return b"" if length is not None and length > FRAME_MAX else None
@@ -197,7 +198,7 @@ def _may_be_head(data: bytes) -> bool:
 
 
 def _length(buffer: bytes, offset: int) -> int | None:
-    """Return the length of the request at an offset, or None if it is not known (yet)."""
+    """Return the length of the request at an offset, or None if it is not known, or not known yet."""
     if offset + 1 >= len(buffer):
         return None
     function = buffer[offset + 1]

@@ -31,7 +31,7 @@ class SegmentBus:
         return data
 
     def silence(self) -> None:
-        """Drop all segments in transit, and received bytes that were not taken."""
+        """Drop all segments in transit, and all received bytes that have not been taken."""
         self._to_device.clear()
         self._to_master.clear()
         self._heard.clear()

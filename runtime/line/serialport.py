@@ -1,4 +1,4 @@
-"""pyserial for clients and served ports: settings, and the errors of a port that disappears.
+"""pyserial for clients and served ports: settings, and the errors that occur when a port disappears.
 
 pyserial wraps most failures of a port in `SerialException`, an OSError. It does not wrap `termios.error`,
 which is not an OSError. `flush`, `apply_settings` and the constructor raise it when a port is unplugged.
@@ -15,14 +15,14 @@ from typing import Any
 from .wire import LineFormat
 
 PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError)
-"""Errors of pyserial for a port that is missing, unplugged, or without the requested format."""
+"""Errors that pyserial raises for a port that is missing, unplugged, or lacks the requested format."""
 
 with suppress(ImportError):  # Windows has no termios, and pyserial raises OSErrors there
     PORT_ERRORS += (vars(import_module("termios"))["error"],)
 
 
 def is_pseudo_terminal(path: str) -> bool:
-    """Return whether a path leads to a pseudo-terminal, which accepts no parity."""
+    """Return whether a path leads to a pseudo-terminal, which does not accept parity."""
     # on Windows, the real path of COM3 would open the port, which resets the device
     return os.path.exists("/dev/pts") and os.path.realpath(path).startswith("/dev/pts/")
 
@@ -38,7 +38,7 @@ def settings(path: str, line_format: LineFormat) -> dict[str, Any]:
 
 
 def reason(error: Exception) -> str:
-    """Return the cause of an error: the system's message, or pyserial's without one.
+    """Return the cause of an error: the system's message, or pyserial's message if there is none.
 
     >>> reason(OSError(2, "could not open port /dev/ttyUSB0: [Errno 2] No such file or directory"))
     'No such file or directory'

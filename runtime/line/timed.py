@@ -1,4 +1,4 @@
-"""A line on which characters take time, behind a port that delivers bytes at once.
+"""A line on which characters take time, connected to a port that delivers bytes instantly.
 
 client  |request, at once                      reply, character by character|
 line       |s|d d d ...|  3.5 characters  |s|d d d ...

@@ -3,11 +3,11 @@
     sender     |s|d d d d d d d d|p|s|s|d d d ...      11 bits of 8E1 at 38,400 baud: 286.46 µs
                                      ^ here the receiver has the character
 
-A device on the line is a state machine without I/O (`Device`): it receives characters, has an instant of its
-next event, and returns the bytes to send. The `SerialBus` carries characters between devices and a master and
-delivers each one when it is complete.
+A device on the line is a state machine without I/O (`Device`): it receives characters, reports the instant of
+its next event, and returns the bytes to send. The `SerialBus` carries characters between devices and a master
+and delivers each one when it is complete.
 
-The bus is ideal: overlapping characters of two senders arrive intact.
+The bus is ideal: overlapping characters from two senders arrive intact.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class LineFormat:
     8333333
 
     Raises:
-        ValueError: an invalid value.
+        ValueError: a value is invalid.
     """
 
     baud: int  # bits per second, from 1
@@ -51,11 +51,11 @@ class LineFormat:
 
     @property
     def bits(self) -> int:
-        """Bits of a character, including the start bit."""
+        """Number of bits per character, including the start bit."""
         return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
 
     def span_ns(self, characters: int) -> int:
-        """Return the time of a number of successive characters in ns, rounded down."""
+        """Return the time that a number of successive characters takes, in ns, rounded down."""
         return characters * self.bits * NS_PER_S // self.baud
 
     def __str__(self) -> str:
@@ -71,7 +71,7 @@ class Device(Protocol):
 
     @property
     def next_wake_ns(self) -> int | None:
-        """The latest instant for the next `advance`, None while the device waits for a request."""
+        """The latest instant for the next `advance`, or None while the device is waiting for a request."""
 
     def receive(self, now_ns: int, data: bytes) -> None:
         """Receive characters without gaps; the last one is complete at `now_ns`.
@@ -82,7 +82,7 @@ class Device(Protocol):
     def advance(self, now_ns: int) -> bytes:
         """Advance to `now_ns`; return the bytes to send at that instant.
 
-        The result must not depend on the number of calls. A call later than `next_wake_ns` only delays the
+        The result must not depend on the number of calls. A call later than `next_wake_ns` only delays
         sending.
         """
 
@@ -92,7 +92,7 @@ class ControllerDevice(Device, Protocol):
 
     @property
     def turnaround_ns(self) -> int:
-        """Silence between a request and its reply at the line's speed, ns."""
+        """Silence between a request and its reply, at the line's speed, ns."""
 
     @property
     def motor_position(self) -> int:
@@ -100,14 +100,14 @@ class ControllerDevice(Device, Protocol):
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is running."""
+        """Whether a motion is in progress."""
 
     def power_cycle(self, now_ns: int) -> None:
         """Cycle the power."""
 
 
 class _Character(NamedTuple):
-    """A character in transit; `order` is the order of sending."""
+    """A character in transit; `order` is its position in the order of sending."""
 
     complete_ns: int
     order: int
@@ -122,8 +122,8 @@ class SerialBus:
     """A line with one master and any number of devices.
 
     Attributes:
-        heard: bytes that the master has received and not taken yet.
-        quiet_since_ns: end of the last character, None before the first.
+        heard: bytes that the master has received but not yet taken.
+        quiet_since_ns: end of the last character, or None before the first one.
     """
 
     def __init__(self, *devices: Device, now_ns: int = 0) -> None:
@@ -151,7 +151,7 @@ class SerialBus:
         return data
 
     def silence(self) -> None:
-        """Drop all characters in transit, and received characters that were not taken."""
+        """Drop all characters in transit, and all received characters that have not been taken."""
         self._in_transit.clear()
         self.heard.clear()
 
@@ -194,7 +194,7 @@ class SerialBus:
             self._enqueue(index, data, device.line_format, 0)
 
     def _enqueue(self, sender: int, data: bytes, line_format: LineFormat, gap_ns: int) -> int:
-        """Send characters after the sender's earlier ones; return the end of the last character."""
+        """Queue characters after the sender's earlier ones; return the end of the last character."""
         start_ns = max(self.now_ns, self._free_ns[sender])
         complete_ns = start_ns
         for count, value in enumerate(data):

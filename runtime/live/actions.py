@@ -2,7 +2,7 @@
 
     {"do": "press", "slot": 1, "name": "home", "on": true}
 
-An action object is well formed. The rack checks slot, tag and input when it applies the action.
+An action object is always well formed. The rack checks the slot, tag and input when it applies the action.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ DRAFT_MOST = 60_000
 """Longest text of a program that a page edits, in bytes of JSON. A message has up to 64 KiB."""
 
 RUNGS_MOST = 200
-"""Maximum number of replaced rungs in a draft. All are checked and drawn for the page at once."""
+"""Maximum number of replaced rungs in a draft. All of them are checked and drawn for the page at once."""
 
 DEEPEST = 8
 """Maximum nesting of lists and objects in a message."""
 
 
 ALL = "all"
-"""Replaces the tag in an action on all forces, or the location in one on all breakpoints."""
+"""Replaces the tag in an action on all forces, or the location in an action on all breakpoints."""
 
 
 Value = bool | int | float | str
@@ -54,7 +54,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Mode(Action):
-    """Turn the CPU's key: "run", "program" or "test"."""
+    """Turn the CPU's key to "run", "program" or "test"."""
 
     mode: str
 
@@ -85,7 +85,7 @@ class Speed(Action):
 
 @dataclass(frozen=True, slots=True)
 class Press(Action):
-    """Hold an input of a module on or off; None returns it to the machine."""
+    """Hold a module's input on or off; None returns the input to the machine's control."""
 
     slot: int
     name: str
@@ -104,7 +104,7 @@ class Write(Action):
 
 @dataclass(frozen=True, slots=True)
 class Store(Action):
-    """Set bytes of a tag, or of a slot's outputs, for a client of the tag server."""
+    """Set bytes of a tag or of a slot's outputs, on behalf of a tag server client."""
 
     tag: str  # its full name
     offset: int  # first byte in the tag
@@ -131,7 +131,7 @@ class Unforce(Action):
 
 @dataclass(frozen=True, slots=True)
 class InjectFault(Action):
-    """Inject a fault of a module now, see `runtime.loop.incidents`."""
+    """Inject a module fault now; see `runtime.loop.incidents`."""
 
     kind: str
     slot: int
@@ -142,7 +142,7 @@ class InjectFault(Action):
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint(Action):
-    """Pause when a rung becomes true (`Main.3`), `Main.3 changes`, `Main.3 executes`, or a tag changes."""
+    """Pause when a rung becomes true, changes or executes (`Main.3 executes`), or when a tag changes."""
 
     at: str
 
@@ -156,7 +156,7 @@ class RemoveBreakpoint(Action):
 
 @dataclass(frozen=True, slots=True)
 class Reload(Action):
-    """Load the program's file again, and continue with it."""
+    """Reload the program's file, and continue with it."""
 
     restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
@@ -172,7 +172,7 @@ class Edit(Action):
 
 @dataclass(frozen=True, slots=True)
 class Branch(Action):
-    """Begin a new session that repeats this one up to a scan, and continues on its own."""
+    """Begin a new session that repeats this one up to a scan and then continues on its own."""
 
     scan: int
     paused: bool = False  # whether the new session pauses there
@@ -206,7 +206,7 @@ class Online(Action):
 
 
 ToEditor = Source | Draft | Online
-"""Actions that the editor of a session answers, while scans continue."""
+"""Actions that a session's editor answers while scans continue."""
 
 ACTIONS: Mapping[str, type[Action]] = {
     "mode": Mode,
@@ -270,7 +270,7 @@ def action_of(message: object, allowed: Mapping[str, type[Action]] = ACTIONS) ->
 
 
 def names_in(restart: str) -> tuple[str, ...]:
-    """Return the sequence names in the `restart` of an action.
+    """Return the sequence names in an action's `restart` text.
 
     >>> names_in("cycle, panel"), names_in("")
     (('cycle', 'panel'), ())
@@ -283,7 +283,7 @@ _LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused", "state")
 
 
 def message_of(action: Action) -> dict[str, Any]:
-    """Return the message that `action_of` reads as this action."""
+    """Return the message for an action; `action_of` converts it back."""
     message = {"do": NAMES[type(action)], **asdict(action)}
     return {key: value for key, value in message.items() if value or key not in _LEFT_OUT}
 
@@ -301,8 +301,8 @@ def parsed(text: str | bytes) -> Any:
     """Return the value of a JSON text.
 
     Raises:
-        ValueError: it is not JSON, has NaN or an infinity, is nested more than `DEEPEST` levels, or has text
-            that UTF-8 can't hold.
+        ValueError: the text is not JSON, contains NaN or an infinity, is nested more than `DEEPEST` levels
+            deep, or contains text that UTF-8 can't encode.
     """
     value = json_value(text, parse_constant=_refuse_constant)
     _refuse_oddities(value)
@@ -405,7 +405,7 @@ def _are_tags(value: object) -> bool:
 
 
 def _is_short(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether a value is a list within the size limit of a draft."""
+    """Return whether a value is a list within the size limit of a draft."""
     if not isinstance(value, (list, tuple)):
         return False
     return len(json.dumps(value, ensure_ascii=False).encode()) <= DRAFT_MOST
@@ -456,11 +456,11 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "state": _OPTIONAL,
     "late_words": (_are_words, f"a list of words from 0 to {WORDS_MAX - 1}"),
 }
-"""The check of each field, and its allowed values for a message, by field name."""
+"""By field name, the function that checks the field, and its allowed values as text for a message."""
 
 
 def _checked(action_name: str, key: str, value: object) -> Any:
-    """Return the value of a field with its lists as tuples; ValueError if it is not allowed."""
+    """Return a field's value with lists converted to tuples; raise ValueError if it is not allowed."""
     is_allowed, allowed = _ALLOWED[key]
     if not is_allowed(value):
         raise ValueError(f"{action_name}: {key} {_shown(value)} is not allowed: {allowed}")

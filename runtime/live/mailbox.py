@@ -1,8 +1,8 @@
 """A mailbox in shared memory for one request and its reply, so that the scan loop never waits.
 
-head     counts of requests, of replies, of bytes in each, and of the server's beats; 8 bytes each
-request  written by the server, which then increments the count of requests
-reply    written between two scans; then the count of replies is set, and a byte wakes the server
+head     number of requests, replies, bytes in each, and server beats; 8 bytes each
+request  written by the server, which then increments the number of requests
+reply    written between two scans; then the number of replies is set, and a byte wakes the server
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from contextlib import suppress
 from .shared_memory import SharedMemory
 
 AREA_BYTES = 1 << 20
-"""Maximum bytes of a request, and of a reply."""
+"""Maximum number of bytes in a request, and in a reply."""
 
 _HEAD_BYTES = 64
 _ASKED, _ANSWERED, _REQUEST, _REPLY, _BEATS = range(5)
@@ -34,7 +34,7 @@ class Mailbox:
     # --- the server's side
 
     def post_request(self, request: bytes) -> None:
-        """Post a request; ValueError if it is too long."""
+        """Post a request; raise ValueError if it is too long."""
         if len(request) > AREA_BYTES:
             raise ValueError(f"the request has {len(request):,} bytes; at most {AREA_BYTES:,} fit")
         self._memory[_HEAD_BYTES : _HEAD_BYTES + len(request)] = request
@@ -43,7 +43,7 @@ class Mailbox:
 
     @property
     def has_request(self) -> bool:
-        """Whether a request has no reply yet."""
+        """Whether there is a request without a reply."""
         return self._head[_ASKED] != self._head[_ANSWERED]
 
     def beat(self) -> None:
@@ -59,7 +59,7 @@ class Mailbox:
 
     @property
     def beats(self) -> int:
-        """How often servers have signaled that they are alive."""
+        """Number of times that servers have signaled that they are alive."""
         return self._head[_BEATS]
 
     def request(self) -> bytes:

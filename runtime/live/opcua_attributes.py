@@ -1,6 +1,6 @@
 """The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
 
-asyncua (2.1) only reads attributes of existing nodes. It accepts any age and any kind of timestamps,
+asyncua (2.1) only reads attributes of existing nodes. It accepts any maximum age and any kind of timestamps,
 returns all timestamps, and supports neither index ranges nor data encodings. This module checks each row of
 the tables of result codes:
 
@@ -28,10 +28,10 @@ from .opcua_space import TYPES, TagNode, TagSpace
 
 BINARY = "Default Binary"
 ENCODINGS = (BINARY, "Default XML", "Default JSON")
-"""Encodings of OPC UA. Values have the first one."""
+"""OPC UA encodings. Values use the first one."""
 
 FIRST_YEAR = 1601
-"""Year in which the times of OPC UA begin [OPC UA part 6, 5.2.2.5]."""
+"""Year in which OPC UA time begins [OPC UA part 6, 5.2.2.5]."""
 
 
 class BadStatusError(ValueError):
@@ -52,11 +52,11 @@ _REFUSALS: Mapping[type[Exception], str] = {
     TypeError: "BadTypeMismatch",
     ValueError: "BadOutOfRange",  # including text with characters that a tag can't store
 }
-"""Status code of a refused write, by class of the variable's error; the first match counts."""
+"""Status code of a refused write, by class of the variable's error; the first match applies."""
 
 
 class Attributes:
-    """Reads and writes of the attributes that requests name.
+    """Reads and writes the attributes that requests name.
 
     Args:
         space: asyncua's address space.
@@ -70,7 +70,7 @@ class Attributes:
         self._with_source, self._with_server = (stamps.Source, stamps.Both), (stamps.Server, stamps.Both)
 
     def tag_of(self, item: Any) -> TagNode | None:
-        """Return the tag if a request names the value of one; None otherwise."""
+        """Return the tag if a request names the value attribute of a tag, otherwise None."""
         is_value = item.AttributeId == ua.AttributeIds.Value
         return self._tags.nodes.get(item.NodeId) if is_value else None
 
@@ -80,7 +80,7 @@ class Attributes:
             raise service_error("BadTimestampsToReturnInvalid")
 
     def check_read(self, params: Any) -> None:
-        """Refuse a Read request as a whole."""
+        """Refuse an invalid Read request as a whole."""
         if not params.MaxAge >= 0:
             raise service_error("BadMaxAgeInvalid")
         self.check_timestamps(params.TimestampsToReturn)
@@ -88,7 +88,7 @@ class Attributes:
     # --- reading
 
     def read(self, params: Any) -> list[Any]:
-        """Return the requested values. Read the values of tags from the scan process first."""
+        """Return the requested values. Call this after reading the tags from the scan process."""
         now = datetime.now(UTC)
         return [self._read(node, params.TimestampsToReturn, now) for node in params.NodesToRead]
 
@@ -102,10 +102,10 @@ class Attributes:
         return self.shaped(value, item, timestamps, now)
 
     def shaped(self, value: Any, item: Any, timestamps: Any, now: datetime | None = None) -> Any:
-        """Return the requested range of a value, with the requested timestamps.
+        """Return a value, cut to the requested range, with the requested timestamps.
 
         Args:
-            item: the attribute, and perhaps an index range.
+            item: the attribute, with an optional index range.
         """
         if item.IndexRange and value.Value is not None and value.StatusCode.is_good():
             try:
@@ -125,7 +125,7 @@ class Attributes:
         return ua.DataValue(part_variant, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
     def _bad(self, code: str, value: Any = None) -> Any:
-        """Return a bad status in place of a value, with the timestamps of the value."""
+        """Return a bad status in place of a value, with the value's timestamps."""
         times = () if value is None else (value.SourceTimestamp, value.ServerTimestamp)
         return ua.DataValue(None, status(code), *times)
 
@@ -159,7 +159,7 @@ class Attributes:
             raise BadStatusError("BadAttributeIdInvalid")
 
     def check_encoding(self, item: Any) -> None:
-        """Refuse an encoding that values do not have."""
+        """Refuse an encoding that values do not use."""
         encoding = item.DataEncoding
         if not encoding.Name:
             return
@@ -196,7 +196,7 @@ class Attributes:
             raise BadStatusError(code) from error
 
     def _value_in(self, data_value: Any, variable: Variable, *, is_part: bool) -> Any:
-        """Return the value to write; refuse it if it doesn't have the type of the variable."""
+        """Return the value to write; refuse it if its type is not the variable's type."""
         kinds, variant = ua.VariantType, data_value.Value
         has_value = variant is not None and variant.VariantType != kinds.Null
         if _sets_more(data_value, has_value=has_value):
@@ -213,7 +213,7 @@ class Attributes:
 
 
 def _sets_more(data_value: Any, *, has_value: bool) -> bool:
-    """Whether a write sets a status or a timestamp.
+    """Return whether a write sets a status or a timestamp.
 
     A source timestamp with a value is ignored: asyncua's client always sends one, but the server uses the
     time of the scan.
@@ -225,5 +225,5 @@ def _sets_more(data_value: Any, *, has_value: bool) -> bool:
 
 
 def _is_time(stamp: datetime | None) -> bool:
-    """Whether this is a timestamp; the first instant of OPC UA, in 1601, stands for none."""
+    """Return whether there is a timestamp; the first instant of OPC UA, in 1601, means none."""
     return stamp is not None and stamp.year > FIRST_YEAR

@@ -1,4 +1,4 @@
-"""Refusal of OPC UA requests: without authentication, or on sessions and subscriptions of other clients.
+"""Refuses OPC UA requests without authentication, or on other clients' sessions and subscriptions.
 
 allowed request                    open server     encrypted server
 GetEndpoints, FindServers          yes             yes: needed to connect
@@ -24,7 +24,7 @@ from ..tag_servers.ua_security import UaSecurity, application_uri, uris_of
 from .opcua_library import binary, service_error, ua, utils
 
 REFUSAL_S = 1.0
-"""Delay after a refused password. It also delays the client's next requests."""
+"""Delay after a refused password, s. It also delays the client's next requests."""
 
 NONCE_LEAST = 32
 """Minimum length of a client's nonce, bytes [OPC UA part 4, 5.7.2]."""
@@ -36,20 +36,21 @@ OWNED = (
     *("modify_subscription", "delete_subscriptions", "set_publishing_mode"),
     *("delete_monitored_items", "set_monitoring_mode"),
 )
-"""Services on subscriptions that are checked here; `opcua_subscriptions.py` checks the others."""
+"""Subscription services that are checked here; `opcua_subscriptions.py` checks the others."""
 
 NO_SUBSCRIPTION = 0
 """An identifier that no subscription has, so that asyncua answers *BadSubscriptionIdInvalid*."""
 
 
 class UaGuard:
-    """Guard of the connections of a server.
+    """Guards a server's connections.
 
     Args:
         security: None for a server that every client may use.
 
     Attributes:
-        uri: URI of the application, in endpoints, in the certificate, and in the namespace and server arrays.
+        uri: URI of the application, used in endpoints, in the certificate, and in the namespace and server
+        arrays.
     """
 
     def __init__(self, security: UaSecurity | None) -> None:
@@ -84,13 +85,13 @@ class UaGuard:
     def get_user(
         self, _server: Any, username: str | None = None, password: str | None = None, certificate: Any = None
     ) -> Any:
-        """Return the user who logs in; None if the password is wrong. asyncua calls it."""
+        """Return the user who is logging in, or None if the password is wrong. asyncua calls this."""
         if self._security is None or not self._security.accepts(username, password):
             return None
         return self._rules.User(self._rules.UserRole.User, username)
 
     def _name_and_password(self, _session: Any, token: Any) -> tuple[str, str]:
-        """Return a client's user name and password, which only the channel may encrypt.
+        """Return a client's user name and password; only the channel may encrypt them.
 
         Decrypting any client's text with the server's key would leak information about other texts.
         """
@@ -136,7 +137,7 @@ class UaGuard:
         return checked
 
     def _check_session(self, policy: Any, body: Any) -> None:
-        """Refuse a wrong server, an application that its certificate does not name, and a short nonce."""
+        """Refuse a wrong server, an application not named in its certificate, or a short nonce."""
         params = binary.struct_from_binary(ua.CreateSessionParameters, body)
         if params.ServerUri not in (None, "", self.uri):
             raise service_error("BadServerUriInvalid")
@@ -148,7 +149,7 @@ class UaGuard:
             raise service_error("BadNonceInvalid")
 
     def _refusal(self, kind: Any, processor: Any) -> str:
-        """Return the name of the status that refuses a request; "" if it is allowed."""
+        """Return the name of the status that refuses a request, or "" if the request is allowed."""
         security, policy, session = self._security, processor._connection.security_policy, processor.session
         if kind in self._refused:
             return "BadServiceUnsupported"
@@ -166,7 +167,7 @@ def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
 
     Args:
         session: asyncua's session.
-        subscriptions: subscriptions of all sessions, by identifier.
+        subscriptions: all sessions' subscriptions, by identifier.
     """
 
     def without_foreign(params: Any) -> Any:

@@ -24,11 +24,11 @@ binary: Any = _Lazy("asyncua.ua.ua_binary")
 
 
 def status(code: str) -> Any:
-    """Return a status by the name of its code."""
+    """Return the status with a code, given the code's name."""
     return ua.StatusCode(getattr(ua.StatusCodes, code))
 
 
 def service_error(code: str) -> Exception:
-    """Return the error that refuses a request as a whole, by the name of its code."""
+    """Return the error that refuses a whole request, given the name of its status code."""
     error: Exception = utils.ServiceError(getattr(ua.StatusCodes, code))
     return error

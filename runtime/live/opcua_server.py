@@ -1,7 +1,7 @@
-"""The process of the OPC UA server, around asyncua's sessions.
+"""The OPC UA server process, built around asyncua's sessions.
 
-A request reads its tags in one exchange with the scan process. A subscription does so at each publishing
-interval. Values of one exchange share a timestamp. A write request is one packet.
+A read request reads its tags in one exchange with the scan process. A subscription does so at each publishing
+interval. All values from one exchange have the same timestamp. A write request is sent as one packet.
 Clients can only read and write tags; `opcua_guard.py` decides which clients may.
 """
 
@@ -38,29 +38,29 @@ INTERVAL_MS, SLOWEST_MS = 50.0, 3_600_000.0
 """Shortest and longest publishing interval, ms."""
 
 ITEMS_MOST, SUBSCRIPTIONS_MOST, QUEUE_MOST = 20_000, 100, 100
-"""Maximum monitored items and subscriptions of all clients together, and queued values per item."""
+"""Most monitored items and subscriptions for all clients together, and most queued values per item."""
 
 MESSAGE_MOST, CHUNK_MOST = 1 << 24, 1 << 16
-"""Maximum bytes of a message, and of one of its chunks."""
+"""Maximum number of bytes in a message, and in one of its chunks."""
 
 UNSENT_MOST, CLOSING_S = MESSAGE_MOST, 5.0
-"""Limits of a slow client: bytes that it has not read, and time to read them before its connection ends."""
+"""Limits for a slow client: unread bytes, and the time, s, to read them before its connection ends."""
 
 TIDY_S = 2.0
-"""Delay from the end of a connection to the release of its memory, so that many ends share one release."""
+"""Delay, s, from the end of a connection until its memory is released, together with others that ended."""
 
 PENDING_MOST, ACTIVATION_S = 32, 10.0
-"""Maximum waiting requests of a client, and time limit of a connected client to open a session."""
+"""Maximum waiting requests per client, and time limit, s, for a connected client to open a session."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Maximum bytes that one exchange reads. A larger read takes several exchanges, each after another scan."""
+"""Most bytes that one exchange reads. A larger read takes several exchanges, each after another scan."""
 
 
 class OpcUaServer:
-    """A server of tags at a listening socket.
+    """A tag server on a listening socket.
 
     Args:
-        process: carries out the reads and writes of requests; it may block.
+        process: carries out the reads and writes in requests; it may block.
     """
 
     def __init__(self, listening: socket.socket, process: ScanProcess) -> None:
@@ -113,13 +113,13 @@ class OpcUaServer:
         limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
 
     async def _publish_limits(self) -> None:
-        """Publish the limit of continuation points; asyncua publishes the limits of operations."""
+        """Publish the limit on continuation points; asyncua publishes the operation limits."""
         points = ua.Variant(CONTINUATIONS_MOST, ua.VariantType.UInt16)
         node = ua.NodeId(ua.ObjectIds.Server_ServerCapabilities_MaxBrowseContinuationPoints)
         await self._inner.aspace.write_attribute_value(node, ua.AttributeIds.Value, ua.DataValue(points))
 
     async def _listen(self, guard: UaGuard) -> None:
-        """Listen at the given socket; asyncua's own start would open another one."""
+        """Listen on the given socket; asyncua's own `start` would open another one."""
         binary_module: Any = import_module("asyncua.server.binary_server_asyncio")
         await self._server._setup_server_nodes()
         await self._inner.start()
@@ -138,7 +138,7 @@ class OpcUaServer:
         self._server.bserver = binary_server
 
     def _tidying(self, lost: Callable[[Exception | None], None]) -> Callable[[Exception | None], None]:
-        """Wrap the callback of a lost connection, so that it also schedules the release of memory."""
+        """Wrap the callback for a lost connection so that it also schedules the release of memory."""
 
         def tidying(error: Exception | None) -> None:
             lost(error)
@@ -241,7 +241,7 @@ class OpcUaServer:
         return changing
 
     def _publishing(self, subscription: Any, publish: Service, client: str) -> Service:
-        """Return a service that reads a subscription's tags together, then publishes it."""
+        """Return a service that reads all of a subscription's tags together and then publishes."""
 
         async def publishing(request: Any = None) -> Any:
             if request is None:  # the interval has passed; a request only fetches queued values
@@ -267,7 +267,7 @@ class OpcUaServer:
     # --- exchanges
 
     async def _refresh(self, requested: Iterable[TagNode | None], client: str) -> None:
-        """Read tags together. During an edit of the program they keep their values."""
+        """Read tags together. While the program is being edited, the tags keep their values."""
         nodes, version = list(dict.fromkeys(filter(None, requested))), self._process.version
         while nodes:
             size, count = 0, 0
@@ -282,10 +282,10 @@ class OpcUaServer:
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int
     ) -> list[bytes | None] | None:
-        """Return the results of a packet for a version of the program; None if the program has been edited.
+        """Return a packet's results for one version of the program, or None if the program was edited.
 
         A client that disconnects cancels only its own wait, not the exchange. Otherwise a second exchange
-        could start, and both would wait for one answer forever.
+        could start, and both would wait forever for one answer.
         """
         exchange_task = asyncio.create_task(self._exchange(operations, client, version))
         self._exchanges.add(exchange_task)  # the event loop itself keeps no reference to a task
@@ -309,12 +309,12 @@ class OpcUaServer:
 
 
 def _by_user(user: Any, client: str) -> str:
-    """Return the address of a client, after the name of its user if one has logged in."""
+    """Return a client's address, preceded by the user's name if a user has logged in."""
     return f"{user.name} ({client})" if user.name else client
 
 
 def interval(requested_ms: float) -> float:
-    """Return the publishing interval, ms, for the interval that a client requests.
+    """Return the publishing interval to use, ms, when a client requests an interval.
 
     >>> interval(0.0), interval(float("nan")), interval(250.0)
     (50.0, 50.0, 250.0)
@@ -323,7 +323,7 @@ def interval(requested_ms: float) -> float:
 
 
 def _bounded(protocol: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], None]:
-    """Wrap the receiver of a connection, so that it aborts at a chunk longer than `CHUNK_MOST`."""
+    """Wrap a connection's receiver so that it aborts the connection at a chunk longer than `CHUNK_MOST`."""
 
     def received(data: bytes) -> None:
         receive(data)
@@ -335,7 +335,7 @@ def _bounded(protocol: Any, receive: Callable[[bytes], None]) -> Callable[[bytes
 
 
 def _guarded(protocol: Any, connect: Callable[[Any], None], guard: UaGuard) -> Callable[[Any], None]:
-    """Wrap the callback of a new connection, so that the guard checks its requests."""
+    """Wrap the callback for a new connection so that the guard checks its requests."""
 
     def connected(transport: Any) -> None:
         connect(transport)
@@ -347,7 +347,7 @@ def _guarded(protocol: Any, connect: Callable[[Any], None], guard: UaGuard) -> C
 
 
 def _impatient(connect: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Wrap the callback of a new connection, so that its transport disconnects a client that doesn't read."""
+    """Wrap the callback for a new connection so that a client that doesn't read is disconnected."""
 
     def connected(transport: Any) -> None:
         write, close_transport = transport.write, transport.close
@@ -397,7 +397,7 @@ async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socke
 def main(
     setups: socket.socket, waker: socket.socket, mailbox: SharedMemory, listening: socket.socket
 ) -> None:
-    """Run a server's process, see `tag_server.main`."""
+    """Run a server process; see `tag_server.main`."""
     quiet(*CLIENT_LOGS)
     warnings.simplefilter("ignore")  # warnings about clients' certificates
     process = ScanProcess(Mailbox(mailbox), waker)

@@ -1,4 +1,4 @@
-"""Checks of services that asyncua (2.1) lacks: lengths of lists, BrowseNext, unknown enumerators.
+"""Checks and services that asyncua (2.1) lacks: list lengths, BrowseNext, unknown enumeration values.
 
 BadNothingToDo          a request with an empty list
 BadTooManyOperations    a request with more operations than the server's OperationLimits allow
@@ -12,7 +12,7 @@ from typing import Any
 from .opcua_library import binary, service_error, ua
 
 OPERATIONS_MOST = 10_000
-"""Maximum operations of a request, as in the nodes of asyncua's OperationLimits."""
+"""Maximum number of operations in a request, as in the nodes of asyncua's OperationLimits."""
 
 LISTS: Mapping[str, str] = {
     "read": "NodesToRead",
@@ -28,13 +28,13 @@ LISTS: Mapping[str, str] = {
     "set_publishing_mode": "SubscriptionIds",
     "delete_subscriptions": "",
 }
-"""Services of a session, and the field with their operations; "" if the argument itself is the list."""
+"""The services of a session, and the field that lists their operations; "" if the argument is the list."""
 
 Service = Callable[..., Awaitable[Any]]
 
 
 def limit_operations(session: Any) -> None:
-    """Refuse requests of a session with too many operations, or with none."""
+    """Refuse a session's requests if they contain too many operations or none."""
 
     def limited(service: Service, name: str) -> Service:
         async def limiting(params: Any, *more: Any) -> Any:

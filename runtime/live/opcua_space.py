@@ -1,6 +1,7 @@
 """The address space of the OPC UA server: nodes for tags, and their values.
 
-asyncua's services would search all nodes of a folder for each new one, so this module creates the nodes.
+asyncua's services would search all nodes in a folder for each new one, so this module creates the nodes
+itself.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ TYPES: Mapping[str, str] = {
 """OPC UA types by tag type."""
 
 ROOT = "Tags"
-"""Node with all tags below it."""
+"""Name of the node that contains all tags."""
 
 
 class TagNode:
@@ -42,7 +43,7 @@ class TagNode:
 
     Attributes:
         attribute: asyncua's value attribute of the node.
-        data: bytes of the present value; None before the first read.
+        data: bytes of the present value, or None before the first read.
     """
 
     def __init__(self, variable: Variable, node_id: Any, attribute: Any) -> None:
@@ -64,7 +65,7 @@ class TagSpace:
         title: name of the rack.
 
     Attributes:
-        nodes: nodes of variables by identifier.
+        nodes: nodes of variables, by identifier.
     """
 
     def __init__(self, space: Any, namespace: int, title: str) -> None:
@@ -81,7 +82,7 @@ class TagSpace:
         self._shared_references: dict[tuple[Any, Any, bool], Any] = {}
 
     async def show(self, database: Database) -> None:
-        """Show the tags of a program; the tags of an edited program replace the earlier ones.
+        """Show a program's tags; the tags of an edited program replace the earlier ones.
 
         Subscriptions to a tag continue if it still exists.
         """
@@ -110,7 +111,7 @@ class TagSpace:
         self._shared_references.clear()
 
     async def _notify_deletion(self, node: TagNode) -> None:
-        """Notify the subscriptions to a tag that it no longer exists."""
+        """Notify all subscriptions to a tag that the tag no longer exists."""
         deleted = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
         for handle, call in list(node.attribute.datachange_callbacks.items()):
             await call(handle, deleted)
@@ -125,7 +126,7 @@ class TagSpace:
                 self._add_variable(parent, item)
 
     def _add_elements(self) -> None:
-        """Add the elements of short arrays below them, up to the maximum number of nodes."""
+        """Add the elements of short arrays as child nodes, up to the maximum number of nodes."""
         for array in list(self.nodes.values()):
             space_left = VARIABLES_MOST - len(self.nodes)
             if array.variable.dims and array.variable.count <= min(ELEMENTS_MOST, space_left):
@@ -165,7 +166,7 @@ class TagSpace:
         *,
         is_variable: bool = False,
     ) -> Any:
-        """Add a node below a parent, by default with HasComponent; return its identifier."""
+        """Add a node under a parent, by default with a HasComponent reference; return its identifier."""
         reference_type = self._component if reference is None else reference
         node_id = ua.NodeId(path, self._namespace)
         browse_name, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
@@ -200,7 +201,7 @@ class TagSpace:
         return self._shared_references[key]
 
     def _described(self, target: Any, reference_type: Any, is_forward: bool) -> Any:
-        """Return a reference with the names of its target, for browsing."""
+        """Return a reference that includes the names of its target, for browsing."""
         node, ids = self._space[target], ua.AttributeIds
         names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
         browse_name, text, node_class = (node.attributes[attribute].value.Value.Value for attribute in names)
@@ -231,7 +232,7 @@ class TagSpace:
     # --- values
 
     async def store(self, nodes: Iterable[TagNode], results: Iterable[bytes | None]) -> None:
-        """Store values of one instant; None = the tag was not read, and keeps its value."""
+        """Store values read at one instant; None = the tag was not read, and keeps its value."""
         now = datetime.now(UTC)
         for node, data in zip(nodes, results, strict=True):
             if data is None:

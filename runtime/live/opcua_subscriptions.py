@@ -1,4 +1,4 @@
-"""Subscriptions of the OPC UA server where asyncua (2.1) deviates from OPC UA part 4, 5.13 and 5.14.
+"""The parts of OPC UA subscriptions in which asyncua (2.1) deviates from OPC UA part 4, 5.13 and 5.14.
 
 Publish      an unknown acknowledgment gets BadSequenceNumberUnknown; a session without a subscription gets
              BadNoSubscription
@@ -20,7 +20,7 @@ from .opcua_attributes import Attributes, BadStatusError
 from .opcua_library import service_error, status, ua
 
 KEEP_ALIVES = 3
-"""Minimum lifetime of a subscription, in intervals between its keep-alive messages."""
+"""Minimum lifetime of a subscription, as a number of intervals between its keep-alive messages."""
 
 
 class Subscriptions:
@@ -41,14 +41,14 @@ class Subscriptions:
         session.create_monitored_items, session.modify_monitored_items = self.create_items, self.modify_items
 
     def _own_subscription(self, number: int) -> Any:
-        """Return the session's subscription with an identifier; None if it has none."""
+        """Return the session's subscription with this identifier, or None if there is none."""
         subscription = self._service.subscriptions.get(number)
         if subscription is None or subscription.session_id != self._session.session_id:
             return None
         return subscription
 
     def _subscription(self, params: Any) -> Any:
-        """Return the subscription that a request names; refuse the request without one."""
+        """Return the subscription that a request names; refuse the request if the session lacks it."""
         subscription = self._own_subscription(params.SubscriptionId)
         if subscription is None:
             raise service_error("BadSubscriptionIdInvalid")
@@ -117,7 +117,7 @@ class Subscriptions:
         ]
 
     def _refusal(self, item: Any) -> str:
-        """Return the name of the status that refuses an item; "" for none."""
+        """Return the name of the status that refuses an item, or "" if the item is allowed."""
         target = item.ItemToMonitor
         try:
             self._attributes.check_named(target)
@@ -150,7 +150,7 @@ class Subscriptions:
 
 
 class _Shape:
-    """A callback that cuts values to their index range and timestamps, before a subscription gets them.
+    """A callback that cuts values to the requested range and timestamps before a subscription gets them.
 
     Attributes:
         timestamps: requested timestamps of the items that are being created.
@@ -169,7 +169,7 @@ class _Shape:
 
 
 def _shape(service: Any, attributes: Attributes) -> _Shape:
-    """Return the shaper of a subscription's values; install it at the first call."""
+    """Return the shaper for a subscription's values, and install it at the first call."""
     callback = service.datachange_callback
     if not isinstance(callback, _Shape):
         callback = service.datachange_callback = _Shape(service, attributes)

@@ -1,7 +1,7 @@
 """Browsing the OPC UA server: Browse and BrowseNext, with continuation points [OPC UA part 4, 5.9].
 
 asyncua (2.1) returns all references of a node with all fields. It has no continuation points, and accepts any
-direction and type of references. This module checks each row of the tables of result codes:
+direction and reference type. This module checks each row of the tables of result codes:
 
     Browse, service        BadNothingToDo, BadTooManyOperations: `opcua_services.py`;
                            BadViewIdUnknown, since the server has no views
@@ -23,11 +23,11 @@ FIELDS = ("ReferenceTypeId", "IsForward", "NodeClass", "BrowseName", "DisplayNam
 """Fields of a reference that a result mask names."""
 
 CONTINUATIONS_MOST = 16
-"""Maximum continuation points of a session; a new request releases the oldest ones."""
+"""Maximum number of continuation points per session; a new request releases the oldest ones."""
 
 
 class _Continuation(NamedTuple):
-    """A browse that continues at a continuation point."""
+    """A browse that can be continued at a continuation point."""
 
     edition: int  # the edition of the views in which the browse began
     references: Iterator[Any]  # the remaining references after `first`
@@ -55,7 +55,7 @@ class Views:
         return "" if node_id in self.space else "BadNodeIdUnknown"
 
     def path_refusal(self, path: Any) -> str:
-        """Return the name of the status that refuses a path; "" for none."""
+        """Return the name of the status that refuses a path, or "" if the path is allowed."""
         if refusal := self._start_refusal(path.StartingNode):
             return refusal
         elements = path.RelativePath.Elements
@@ -64,7 +64,7 @@ class Views:
         return "" if all(element.TargetName.Name for element in elements) else "BadBrowseNameInvalid"
 
     def refusal(self, description: Any) -> str:
-        """Return the name of the status that refuses a browse; "" for none."""
+        """Return the name of the status that refuses a browse, or "" if the browse is allowed."""
         if refusal := self._start_refusal(description.NodeId):
             return refusal
         if description.BrowseDirection == ua.BrowseDirection.Invalid:
@@ -100,7 +100,7 @@ class Views:
         return node is not None and bool(node.attributes[key].value.Value.Value == ua.NodeClass.ReferenceType)
 
     def _masked(self, reference: Any, mask: int) -> Any:
-        """Return a reference with the fields of a mask."""
+        """Return a reference with only the fields that a mask selects."""
         if mask & self._all == self._all:
             return reference
         masked = ua.ReferenceDescription(NodeId=reference.NodeId)
@@ -111,7 +111,7 @@ class Views:
 
 
 class Browsing:
-    """The browses of a session.
+    """Carries out a session's browses.
 
     Args:
         translate: asyncua's service.
@@ -149,7 +149,7 @@ class Browsing:
         return path_results
 
     async def browse_next(self, params: Any) -> list[Any]:
-        """Answer BrowseNext; no results if points are released."""
+        """Answer BrowseNext; return no results if the request releases continuation points."""
         if params.ReleaseContinuationPoints:
             for point in params.ContinuationPoints:
                 self._paused.pop(point, None)

@@ -1,13 +1,13 @@
-"""Application of operator actions to a rack between two scans, with an event for the trace.
+"""Applies operator actions to a rack between two scans, and announces an event for the trace.
 
     scan          n           n+1
     time          t           t + period
     action        | applied   its scan, in the recording
-    a switch      | closes: the modules are at time t
+    a switch      | closes while the modules are at time t
 
-The event of an action has the number of the following scan, n + 1, and the time of its effect, t.
-Actions of the session itself, such as a pause, only have an event: they change no image. Repeating the
-actions of a recording therefore produces the same images.
+An action's event has the number of the following scan, n + 1, and the time at which the action takes effect,
+t. Actions on the session itself, such as a pause, only produce an event; they do not change any image.
+Repeating the actions of a recording therefore produces the same images.
 """
 
 from __future__ import annotations
@@ -41,42 +41,43 @@ class AppliedAction(NamedTuple):
 
 
 class WritableTags(Protocol):
-    """A program whose tags can be set and forced: a debugger."""
+    """A program whose tags can be set and forced, such as a debugger."""
 
     @property
     def tags(self) -> Any:
         """The tags by name."""
 
     def force(self, tag: str, value: object) -> None:
-        """Hold a tag at a value; ValueError if that is impossible."""
+        """Hold a tag at a value; raise ValueError if that is impossible."""
 
     def unforce(self, tag: str | None = None) -> None:
-        """Release a tag, or all; ValueError for a tag that is not forced."""
+        """Release a tag, or all tags; raise ValueError for a tag that is not forced."""
 
 
 @runtime_checkable
 class ByteStore(Protocol):
-    """A program whose tags can be set as bytes: a debugger."""
+    """A program whose tags can be set as bytes, such as a debugger."""
 
     def store(self, tag: str, offset: int, data: bytes, keep: bytes) -> None:
-        """Set bytes of a tag, except the bits that are 1 in `keep`; ValueError if that is impossible."""
+        """Set bytes of a tag, except bits that are 1 in `keep`; raise ValueError if that is impossible."""
 
 
 @runtime_checkable
 class NamedImages(Protocol):
-    """A program with names for words and bits of images: a debugger."""
+    """A program that has names for words and bits of images, such as a debugger."""
 
     def address_of(self, tag: str) -> str | None:
-        """Return the address of the word or bit that a tag names; None for any other tag."""
+        """Return the address of the word or bit that a tag names, or None for any other tag."""
 
 
 class OperatorActions:
     """The operator's access to a running rack.
 
     Args:
-        rack: its simulated modules accept injected faults.
+        rack: the rack; its simulated modules accept injected faults.
         tags: the tags of the program; None if none can be set.
-        edit: continues with an edited program, at the time of the next scan; None if that is impossible.
+        edit: function that continues with an edited program, at the time of the next scan; None if that is
+        impossible.
 
     Attributes:
         applied: the actions that were carried out.
@@ -95,12 +96,12 @@ class OperatorActions:
         self.words: Mapping[int, ModuleWords] = {slot.number: slot.words for slot in rack.slots.values()}
 
     def act(self, action: Action, at_ns: int, scan: int) -> None:
-        """Carry out an action before the next scan, and announce its event.
+        """Carry out an action before the next scan, and announce the action's event.
 
         The first press of a card's input ends the card's timeline, so that only the operator sets its inputs.
 
         Raises:
-            ValueError: it can't be carried out, and nothing has changed.
+            ValueError: the action can't be carried out; nothing has changed.
         """
         handler = _HANDLERS.get(type(action))
         side_effect = handler(self, action, at_ns) if handler is not None else None
@@ -111,7 +112,7 @@ class OperatorActions:
         self._cpu.announce(Event(latest_scan_ns, "order", NAMES[type(action)], text, fields))
 
     def _image_address(self, tag: str) -> str | None:
-        """Return the address of the word or bit of an image that a tag names; None for any other tag."""
+        """Return the address of the image word or bit that a tag names, or None for any other tag."""
         try:
             return str(parse_address(tag, self.words))
         except ValueError:
@@ -210,7 +211,7 @@ _HANDLERS: Mapping[type[Action], Callable[[OperatorActions, Any, int], str | Non
     actions.InjectFault: OperatorActions._inject_fault,
     actions.Edit: OperatorActions._edit,
 }
-"""Handlers of the actions that change the rack. Each returns another sentence for the event, or None."""
+"""Handlers for actions that change the rack. Each returns a different sentence for the event, or None."""
 
 
 _LEVELS = {True: "energized", False: "de-energized", None: "left to the machine"}

@@ -1,4 +1,4 @@
-"""Logging and memory of a server's process."""
+"""Logging and memory of a server process."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import logging
 import sys
 
 CLIENT_LOGS = ("asyncio", "asyncua", "websockets")
-"""Loggers of the libraries that talk to clients."""
+"""Loggers of the libraries that communicate with clients."""
 
 
 def quiet(*libraries: str) -> None:
     """Turn off the logging of libraries, since clients' requests don't concern the user.
 
     Args:
-        libraries: names of their loggers; child loggers are included.
+        libraries: names of the libraries' loggers; child loggers are included.
     """
     for name in [*libraries, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] in libraries:
@@ -25,7 +25,7 @@ def quiet(*libraries: str) -> None:
 
 
 def give_back_memory() -> None:
-    """Return unused memory to the system. glibc keeps free memory between used blocks until it is trimmed."""
+    """Return unused memory to the system; glibc keeps free memory between used blocks until trimmed."""
     gc.collect()
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

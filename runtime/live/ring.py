@@ -5,8 +5,9 @@
     messages  records of JSON: events and answers
     snapshots records of bytes: the program's values at some scans
 
-The scan loop writes and never waits. A reader copies, then reads the head again and drops rows that may
-have been overwritten meanwhile. A row repeats its number at its end, for processors that reorder stores.
+The scan loop writes and never waits. A reader copies rows, then reads the head again and drops any rows that
+may have been overwritten in the meantime. Each row repeats its number at its end, because some processors
+reorder stores.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ ROWS = 1 << 15
 """Default number of rows: 65 s of scans at 2 ms."""
 
 AT_ONCE = 256
-"""Maximum rows written at once."""
+"""Maximum number of rows written at once."""
 
 MESSAGE_BYTES = 1 << 20
 SNAPSHOT_BYTES = 1 << 23
@@ -61,7 +62,7 @@ class RingRows(NamedTuple):
 
 
 Put = Callable[[int, int, int, int, tuple[int, ...], bytes | bytearray], None]
-"""Writes a row: scan, flags, now_ns, wall_ns, figures and the rack's memory."""
+"""Function that writes a row: scan, flags, now_ns, wall_ns, figures and the rack's memory."""
 
 
 class Ring:
@@ -69,16 +70,16 @@ class Ring:
 
     Args:
         memory_bytes: size of the rack's memory.
-        figures: 64-bit numbers per row, in addition to the memory.
+        figures: how many 64-bit numbers each row has in addition to the memory.
 
     Attributes:
         shape: dimensions of the ring.
-        at_once: maximum rows written at once. A reader skips the oldest rows of this number, since they may
-            be overwritten meanwhile.
+        at_once: maximum number of rows written at once. A reader skips this many of the oldest rows, since
+            they may be overwritten in the meantime.
         memory: the shared memory of the ring.
         head: the counters, by `ORDERS`, `REQUESTS` and the others; the scan loop checks them after every
             scan.
-        put: writes a row; called after every scan.
+        put: function that writes a row; called after every scan.
     """
 
     put: Put
@@ -149,7 +150,7 @@ class Ring:
 
     @property
     def written(self) -> int:
-        """Rows written so far."""
+        """Number of rows written so far."""
         return int(self.head[_ROWS])
 
     def take(self, since: int) -> RingRows:
@@ -164,7 +165,7 @@ class Ring:
         return RingRows(rows[rows["scan"] == rows["again"]], end, first_row - since)
 
     def close(self) -> None:
-        """Close it. The memory is released when the last process has closed it, or has ended."""
+        """Close the ring. The memory is released when the last process has closed the ring or has ended."""
         self.messages.release()
         self.snapshots.release()
         self.head.release()
@@ -173,7 +174,7 @@ class Ring:
 
 
 def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
-    """Return a function that writes rows. It uses local variables for speed."""
+    """Return a function that writes rows; for speed, it uses local variables."""
     pack, stride = row.pack_into, row.size
 
     def put(
@@ -194,12 +195,12 @@ def size_of(shape: RingShape) -> int:
 
 
 class Records:
-    """A circular buffer of the latest records of bytes; one process writes, another reads.
+    """A circular buffer of the latest byte records, which one process writes and another reads.
 
-    A record consists of its length in 4 bytes and its data. It begins at a multiple of 8 bytes.
+    A record consists of its length in 4 bytes and its data. Each record begins at a multiple of 8 bytes.
 
     Args:
-        index: index in the head of the counter of bytes written so far.
+        index: index in the head of the counter for bytes written so far.
     """
 
     def __init__(self, head: memoryview, index: int, buffer: memoryview) -> None:
@@ -208,12 +209,12 @@ class Records:
 
     @property
     def end(self) -> int:
-        """Bytes written so far, which is the position of the next record."""
+        """Number of bytes written so far, which is the position of the next record."""
         return int(self._head[self._index])
 
     @property
     def oldest(self) -> int:
-        """Position at which a new reader begins: the first record, or the next one if that may be lost."""
+        """Position at which a new reader begins: the first record, or the next one if it may be lost."""
         return 0 if self.end <= self._margin else self.end
 
     def write(self, record: bytes) -> bool:
@@ -266,7 +267,7 @@ class Records:
 
 _LENGTH = Struct("<I")
 _END_OF_BUFFER = 0xFFFF_FFFF
-"""In place of a length: the next record is at the start of the buffer."""
+"""Written in place of a length if the next record is at the start of the buffer."""
 
 
 def _aligned(length: int) -> int:

@@ -1,4 +1,4 @@
-"""A session: scans with pause, steps and speed, and operator actions between them.
+"""A session: scans that can be paused, stepped and run at any speed, with operator actions between them.
 
     run:     scan scan scan | pause ...................... | continue: scan scan
     actions       ^    ^            ^ each takes effect before the next scan
@@ -28,7 +28,7 @@ WAIT_S = 0.02
 
 
 Reply = Callable[[Mapping[str, object]], None]
-"""Sends an answer to the page that requested it: an object with the key `ok` or `refused`."""
+"""Function that sends an answer to the page that asked: an object with the key `ok` or `refused`."""
 
 PAGE_ACTIONS = {**actions.ACTIONS, **actions.TYPED}
 """Actions that a monitor may pass on from a page, by name."""
@@ -38,17 +38,17 @@ class Inbox(Protocol):
     """A queue of actions."""
 
     def pending(self) -> bool:
-        """Whether an action waits; called after every scan."""
+        """Whether an action is waiting; called after every scan."""
 
     def take(self) -> bytes:
-        """Return the next action, JSON with the keys id and order."""
+        """Return the next action as JSON with the keys id and order."""
 
     def wait(self, seconds: float) -> None:
         """Wait for an action, at most `seconds`."""
 
 
 class Stops(Protocol):
-    """A program with breakpoints: a debugger."""
+    """A program that supports breakpoints, such as a debugger."""
 
     @property
     def stops(self) -> tuple[Any, ...]:
@@ -56,13 +56,13 @@ class Stops(Protocol):
 
     @property
     def ran(self) -> tuple[int, ...]:
-        """Lines of a Python program that ran in the latest scan; empty without a breakpoint on a line."""
+        """Lines of a Python program that ran in the latest scan; empty if no breakpoint is on a line."""
 
     def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
-        """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
+        """Set a breakpoint at a rung, as in `Debugger.break_at`; raise ValueError for an unknown rung."""
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a tag; ValueError for an unknown one."""
+        """Set a breakpoint on a tag; raise ValueError for an unknown tag."""
 
     def remove_breakpoint(self, at: str, rung: int | None = None, when: Any = "true") -> None:
         """Remove one breakpoint: at a rung of a routine, or on a tag."""
@@ -73,7 +73,7 @@ class Stops(Protocol):
 
 @dataclass(slots=True)
 class SessionState:
-    """The state of a session for monitors."""
+    """A session's state, as shown to monitors."""
 
     paused: bool = False
     speed: float | None = 1.0  # times real time; None = as fast as possible
@@ -84,31 +84,31 @@ class SessionState:
 
 
 class Session:
-    """The loop around a CPU.
+    """The loop that runs a CPU's scans and carries out actions between them.
 
     Args:
-        send: sends a message to the monitor: an answer, or the state.
+        send: function that sends a message to the monitor: an answer, or the state.
         stops: the program, if it supports breakpoints.
-        live: whether the rack has real ports, which exclude pause, step and speed.
-        reload: loads the program again, and adds a takeover when it is ready. Its argument names the
-            sequences that restart. None if the program can't be loaded again.
-        prepare: prepares a branch from a scan, ValueError if it can't. Its second argument says whether the
-            branch pauses there. None without branches.
+        live: whether the rack has real ports, which rule out pause, step and speed.
+        reload: function that reloads the program, and adds a takeover when the program is ready. Its argument
+            names the sequences that restart. None if the program can't be reloaded.
+        prepare: function that prepares a branch from a scan, or raises ValueError if it can't. Its second
+            argument tells whether the branch pauses at that scan. None if branches are not supported.
 
     Attributes:
         inbox: the queue of actions.
         stops: the program, if it supports breakpoints.
-        live: see the argument.
-        repeats: whether it is repeating the scans of the session from which it branches.
+        live: same as the argument.
+        repeats: whether it is repeating the scans of the session that it branched from.
         over: whether `end` has been called.
         branch: the scan from which another session begins when this one has ended, or None.
-        attend: serves the monitor during a pause.
-        send_values: sends the values of the program to the monitor.
-        on_fault: called after a fault of the CPU in a session that stays open for inspection.
+        attend: function that serves the monitor during a pause.
+        send_values: function that sends the program's values to the monitor.
+        on_fault: function called after a CPU fault in a session that stays open for inspection.
         takeovers: functions that are called once, between two scans. Each returns the action that continues
             with an edited program, or None after it has reported a mistake or a preview.
-        edit: carries out an action on the program's text; its second argument sends the answer. None if the
-            program can't be edited.
+        edit: function that carries out an action on the program's text; its second argument sends the answer.
+            None if the program can't be edited.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class Session:
     # --- running
 
     def repeat_to(self, scan: int) -> None:
-        """Run up to a scan as fast as possible, without actions and breakpoints.
+        """Run up to a scan as fast as possible, without actions or breakpoints.
 
         If the program now behaves differently and faults the CPU, the fault is shown.
         """
@@ -160,20 +160,20 @@ class Session:
             self.repeats = False
 
     def set_speed(self, speed: float | None) -> None:
-        """Set the speed: times real time, or None for as fast as possible."""
+        """Set the speed as a multiple of real time; None = as fast as possible."""
         self.state.speed = self._pacer.speed = speed
 
     def run(self, scans: int | None = None, *, paused: bool = False) -> None:
         """Run until `end` is called, or for a number of scans.
 
         Args:
-            scans: number of scans, including scans of steps; None = no limit.
-            paused: begin with a pause.
+            scans: number of scans, including those run as steps; None = no limit.
+            paused: whether to begin with a pause.
 
         Raises:
-            CpuFault: see `Cpu.run`. Without a limit the session first waits for `end`, so that the operator
-            can inspect the fault.
-            KeyboardInterrupt: a second Ctrl-C.
+            CpuFault: see `Cpu.run`. If there is no limit, the session first waits for `end`, so that the
+            operator can inspect the fault.
+            KeyboardInterrupt: Ctrl-C was pressed a second time.
         """
         end = None if scans is None else self._cpu.scan + scans
         self.state.paused = paused or self._fault is not None
@@ -196,7 +196,7 @@ class Session:
         """Run scans until they are done, or the CPU is stopped.
 
         Args:
-            keep_open: after a fault of the CPU, show the fault and pause; otherwise raise it.
+            keep_open: whether to show a CPU fault and pause; otherwise the fault is raised.
         """
         try:
             self._run_scans(end)
@@ -223,7 +223,7 @@ class Session:
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def attend_scan(self, at_ns: int, scan: int) -> None:
-        """Check the breakpoints, and carry out actions; called after a scan if there are any."""
+        """Check the breakpoints and carry out actions; called after a scan if there are any of either."""
         if self.state.breakpoints:
             self._check_breakpoints()
         self.obey_all(at_ns, scan)
@@ -239,10 +239,10 @@ class Session:
     # --- actions
 
     def obey_all(self, at_ns: int, scan: int) -> None:
-        """Carry out the waiting actions, and answer each.
+        """Carry out the waiting actions, and answer each one.
 
-        A step is answered after its last scan. At least one scan runs before the next action, so that
-        "press, step, release" is a pulse, however fast the actions arrive.
+        A step is answered after its last scan. At least one scan runs before the next action, so that "press,
+        step, release" makes a pulse no matter how fast the actions arrive.
         """
         while self.takeovers and not self.repeats:
             self._take_over(self.takeovers.popleft(), at_ns, scan)
@@ -272,7 +272,7 @@ class Session:
         return lambda result: self._send({"answer": {"id": number, **result}})
 
     def ask_editor(self, action: actions.ToEditor, reply: Reply) -> None:
-        """Pass on an action on the program's text; ValueError if the program can't be edited now."""
+        """Pass on an action on the program's text; raise ValueError if the program can't be edited now."""
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
         if isinstance(action, actions.Online) and action.step not in _ALLOWED_AFTER_FAULT:
@@ -280,7 +280,7 @@ class Session:
         self.edit(action, reply)
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
-        """Continue with an edited program, or report its mistake to the page."""
+        """Continue with an edited program, or report the program's mistake to the page."""
         try:
             action = takeover()
             if action is None:
@@ -297,7 +297,7 @@ class Session:
         self.send_values()
 
     def obey(self, action: Action, at_ns: int, scan: int) -> None:
-        """Carry out an action; ValueError if it can't be carried out, and nothing has changed.
+        """Carry out an action; if that is impossible, raise ValueError and change nothing.
 
         Args:
             at_ns: virtual time of the next scan, before which the action takes effect.
@@ -344,7 +344,7 @@ class Session:
         self._cpu.stop()
 
     def _end_step(self, refusal: str = "") -> None:
-        """End the present step, complete or not, and answer it; do nothing without a step."""
+        """End the present step, complete or not, and answer it; do nothing if there is no step."""
         self._step_end = None
         if self._step_answer is not None:
             answer, self._step_answer = self._step_answer, None
@@ -417,12 +417,12 @@ _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes
 
 
 def _is_same_breakpoint(text: str, other: str) -> bool:
-    """Whether two texts name the same breakpoint, as `Main.3` and `main.3` do."""
+    """Return whether two texts name the same breakpoint, as `Main.3` and `main.3` do."""
     return text == other or (text.upper() == other.upper() and _RUNG.fullmatch(text) is not None)
 
 
 def _parse_breakpoint(text: str) -> tuple[str, int | None, str]:
-    """Return the routine, rung and condition of a breakpoint at a rung; the tag and None for one on a tag."""
+    """Return a rung breakpoint's routine, rung and condition; for a tag breakpoint, the tag and None."""
     rung = _RUNG.fullmatch(text)
     if rung is None:
         return text, None, "true"
@@ -439,4 +439,4 @@ _HANDLERS: Mapping[type[Action], Callable[[Session, Any], None]] = {
     actions.Reload: Session._load_again,
     actions.Branch: Session._begin_branch,
 }
-"""Handlers of the actions that change the session itself."""
+"""Handlers for the actions that change the session itself."""

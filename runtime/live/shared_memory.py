@@ -1,10 +1,10 @@
-"""Memory of two processes: one creates it, the other opens it by its handle.
+"""Memory that two processes share: one creates it, and the other opens it by its handle.
 
     Linux      an unnamed file in memory; the handle is its descriptor
     macOS      an unnamed temporary file; the handle is its descriptor
     Windows    named memory; the handle is its name
 
-The memory is released when the last process has closed it, or has ended.
+The memory is released when the last process has closed it or has ended.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class SharedMemory:
     """Memory that another process can open.
 
     Args:
-        size: bytes. New memory is zero.
-        handle: handle of the other process's memory; None = create memory.
+        size: number of bytes; new memory is filled with zeros.
+        handle: handle of memory that the other process created; None = create memory.
 
     Attributes:
         map: the memory.

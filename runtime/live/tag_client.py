@@ -1,4 +1,4 @@
-"""A connected client of a tag server, and its limits."""
+"""A client connected to a tag server, and the limits on it."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ WAITING_MOST = 32
 """Maximum number of unanswered packets per client."""
 
 RECEIVED_MOST = 1 << 13
-"""Maximum bytes that are read from a client before the other clients have their turn."""
+"""Maximum number of bytes read from a client before the other clients get their turn."""
 
 UNREAD_MOST = 1 << 16
-"""Maximum bytes of replies that a client has not read."""
+"""Maximum number of reply bytes that a client may leave unread."""
 
 INCOMPLETE_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
-"""Time limits of a connection with an incomplete frame, and of a silent one."""
+"""Time limits for a connection with an incomplete frame, and for a silent connection."""
 
 
 class Client:
@@ -33,7 +33,7 @@ class Client:
         self.incomplete_ns: int | None = None  # when an incomplete frame began; None without one
 
     def receive(self) -> None:
-        """Read the received bytes; after a BrokenClientError or OSError the client must be dropped."""
+        """Read the received bytes; after a BrokenClientError or OSError, the client must be dropped."""
         data = self.socket.recv(RECEIVED_MOST)
         if not data:
             raise BrokenClientError("the client has hung up")
@@ -48,10 +48,10 @@ class Client:
             self.incomplete_ns = self.heard_ns
 
     def send(self, data: bytes) -> bool:
-        """Send bytes after earlier unsent ones; return whether all were sent.
+        """Send bytes after any earlier unsent ones; return whether all of them were sent.
 
         Raises:
-            BrokenClientError: the client does not read.
+            BrokenClientError: the client is not reading.
         """
         self.unread += data
         try:

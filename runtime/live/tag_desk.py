@@ -29,7 +29,7 @@ class ProgramTags(Protocol):
         """The tags, numbered as in `read`."""
 
     def read(self, number: int, offset: int, size: int) -> bytes:
-        """Return bytes of a tag; ValueError outside of the tag."""
+        """Return bytes of a tag; raise ValueError if they are outside the tag."""
 
 
 class NoTags(ProgramTags):
@@ -46,16 +46,16 @@ class TagDesk(QuietListener):
     """The last listener of the scan loop: it reads and writes tags for clients.
 
     Args:
-        tags: returns the tags of the running program, which an edit replaces.
-        writes: whether clients may write.
+        tags: function that returns the tags of the running program, which an edit replaces.
+        writes: whether clients may write tags.
         profile: names of the parts of input images, see `images.PROFILES`.
-        waker: wakes the server after an answer.
+        waker: socket that wakes the server after an answer.
 
     Attributes:
-        version: number of the program's edition, 1 or more.
-        exchanges: number of answers.
-        spent_ns: total wall time of the answers.
-        on_hold: whether requests wait because the actions of a recording are being repeated.
+        version: version number of the program, 1 or more.
+        exchanges: number of answers so far.
+        spent_ns: total wall time spent on answers.
+        on_hold: whether requests wait because a recording's actions are being repeated.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class TagDesk(QuietListener):
         self._list_tags()
 
     def _list_tags(self) -> None:
-        """List the program's tags, then two tags of each slot: its input and its output image."""
+        """List the program's tags, followed by two tags per slot: its input image and its output image."""
         self._tags = self._present_tags()
         self._program_tag_count = len(self._tags.listing.tags)
         self._image_slots = [slot for slot in self._rack.slots for _ in range(2)]
@@ -101,7 +101,7 @@ class TagDesk(QuietListener):
 
     @property
     def has_request(self) -> bool:
-        """Whether a request waits."""
+        """Whether a request is waiting."""
         return self._mailbox.has_request
 
     def attend(self) -> None:
@@ -120,7 +120,7 @@ class TagDesk(QuietListener):
         self.spent_ns += wall_ns() - begun_ns
 
     def _carry_out(self, client: str, operation: Operation) -> bytes | None:
-        """Return the bytes of a read, b"" for a write, None for a refused operation."""
+        """Carry out an operation; return the bytes for a read, b"" for a write, None if refused."""
         try:
             if isinstance(operation, ReadBytes):
                 return self._read(operation)

@@ -1,7 +1,7 @@
-"""The process of a tag server: sockets and sessions of clients; see `runtime.tag_servers`.
+"""The process of a tag server: its sockets and client sessions; see `runtime.tag_servers`.
 
-One waiting packet of each client goes to the scan process, which answers all of them at one instant.
-So a client delays another one by at most the time of one packet.
+One waiting packet from each client goes to the scan process, which answers all of them at one instant. Thus a
+client delays another client by at most the time of one packet.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ STEP_S = 0.25
 """Longest wait between two checks of the clients' time limits."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Maximum bytes of reads and writes in one exchange with the scan process."""
+"""Maximum number of bytes read and written in one exchange with the scan process."""
 
 OPERATION_BYTES = 512
-"""Minimum bytes that a read or a write counts, so that an exchange of many small ones is short enough."""
+"""Minimum bytes that each read or write counts as, so that an exchange with many small ones stays short."""
 
 RESET_AT_CLOSE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
-"""SO_LINGER of 0 s, which resets a connection when its socket is closed."""
+"""An SO_LINGER option of 0 s, which resets a connection when its socket is closed."""
 
 
 class ExchangeResults(NamedTuple):
@@ -47,7 +47,7 @@ class ExchangeResults(NamedTuple):
 
 
 ScanExchange = Callable[[list[Packet]], ExchangeResults | None]
-"""Carries out the operations of packets at one instant; returns None if the program has been edited."""
+"""Function that carries out packets' operations at one instant; returns None if the program was edited."""
 
 
 def _bytes_of(operation: Operation) -> int:
@@ -56,15 +56,15 @@ def _bytes_of(operation: Operation) -> int:
 
 
 class TagServer:
-    """A server of tags for the clients of a listening socket.
+    """A tag server for the clients of a listening socket.
 
     Args:
-        udp: socket of List Identity requests; None without.
+        udp: socket for List Identity requests, or None.
 
     Attributes:
         clients: the connected clients, by socket.
         dropped: number of clients whose connection the server has ended.
-        reason: reason of the latest end.
+        reason: why the server last ended a connection.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class TagServer:
         self._selector.register(pipe, selectors.EVENT_READ)
 
     def step(self, seconds: float = STEP_S) -> bool:
-        """Wait for events, handle them, and answer one packet of each client.
+        """Wait for events, handle them, and answer one packet from each client.
 
         Returns:
             Whether a watched pipe has data.
@@ -151,7 +151,7 @@ class TagServer:
         return has_place
 
     def _transfer(self, client: Client, events: int) -> None:
-        """Receive from a client, and send it the pending bytes."""
+        """Receive bytes from a client, and send the bytes that are pending for it."""
         try:
             if events & selectors.EVENT_WRITE:
                 self._send(client, b"")
@@ -185,7 +185,7 @@ class TagServer:
     # --- packets
 
     def _next_plans(self) -> list[tuple[Client, Plan]]:
-        """Return the packets to answer now: one of each client that waits, up to BATCH_BYTES."""
+        """Return the packets to answer now: one from each waiting client, up to BATCH_BYTES."""
         plans: list[tuple[Client, Plan]] = []
         bytes_left = BATCH_BYTES
         for client in [client for client in self.clients.values() if client.waiting]:
@@ -199,7 +199,7 @@ class TagServer:
         return plans
 
     def _serve(self) -> bool:
-        """Answer a packet of each client that waits; return False if the program has been edited."""
+        """Answer a packet from each waiting client; return False if the program has been edited."""
         plans = self._next_plans()
         packets: list[Packet] = [(client.address, plan.operations) for client, plan in plans]
         exchanged: ExchangeResults | None = ExchangeResults(0, self.setup.version, [[] for _ in packets])
@@ -213,7 +213,7 @@ class TagServer:
         return True
 
     def _planned(self, client: Client) -> Plan | None:
-        """Return the operations of a client's next packet; None if the packet ends the client."""
+        """Return the operations in a client's next packet, or None if the packet ends the connection."""
         try:
             return client.session.plan(client.waiting[0], self.setup.version)
         except Exception as error:  # an error, in a packet or in our code, ends only this connection
@@ -228,7 +228,7 @@ class TagServer:
 
 
 class ScanProcess:
-    """The side of the scan process in an exchange; blocks until it has answered.
+    """Exchanges packets with the scan process; each call blocks until the scan process has answered.
 
     Raises:
         EOFError: the scan process has ended.
@@ -268,11 +268,11 @@ def main(
     listening: socket.socket,
     udp: socket.socket | None = None,
 ) -> None:
-    """Run a server's process.
+    """Run a server process.
 
     Args:
-        setups: receives a setup at the start, and after each edit of the program.
-        waker: wakes this process when the mailbox has a reply.
+        setups: socket that receives a setup at the start, and after each program edit.
+        waker: socket that wakes this process when the mailbox has a reply.
     """
     pipe = Connection(setups.detach())
     process = ScanProcess(Mailbox(mailbox), waker)

@@ -17,20 +17,20 @@ from .ring import ORDERS, REQUESTS, Ring
 from .session import Session
 
 FIGURES_NS = 10_000_000
-"""Minimum time between two reads of the machines."""
+"""Minimum time between two reads of the machines' figures, ns."""
 
 FIGURES_SCANS = 2048
-"""Minimum scans between two reads at full speed: a read ends the prediction of modules."""
+"""Minimum number of scans between two reads at full speed, since a read ends the prediction of modules."""
 
 BATCH_NS = 8_000_000
-"""Duration of a batch of scans at full speed. At its end rows and notes are written."""
+"""Duration, ns, of a batch of scans at full speed. Rows and notes are written at the end of the batch."""
 
 SCANS_PER_CHECK = 16
-"""Scans between two checks of the batch's duration, since scans may have become slow."""
+"""Number of scans between two checks of the batch's duration, since scans may have become slow."""
 
 
 class Notes(Protocol):
-    """What a monitor needs, in addition to the rows, to run a program's scans again."""
+    """What a monitor needs, in addition to the rows, to rerun a program's scans."""
 
     def must_note(self) -> bool:
         """Whether `note` must be called for the latest scan; called after every scan."""
@@ -43,7 +43,7 @@ class Notes(Protocol):
 
 
 class NoNotes(Notes):
-    """The notes of a program that a monitor can't run again."""
+    """The notes for a program that a monitor can't rerun."""
 
     @override
     def must_note(self) -> bool:
@@ -66,18 +66,18 @@ class Figures(Protocol):
 
 
 class Tap(QuietListener):
-    """A listener of the scan loop that fills the ring, and never raises.
+    """A listener of the scan loop that fills the ring and never raises an error.
 
     At full speed it writes the rows of a batch of scans at once, before any message. It checks for actions
     after every scan.
 
     Args:
-        rack: its memory is copied after every scan.
+        rack: the rack; its memory is copied after every scan.
 
     Attributes:
         session: carries out actions; set it before the first scan.
         notes: the notes of the program.
-        lasting: returns the messages that a new monitor needs.
+        lasting: function that returns the messages that a new monitor needs.
     """
 
     session: Session
@@ -123,7 +123,7 @@ class Tap(QuietListener):
             session.attend_scan(now_ns + self._period_ns, scan + 1)
 
     def _check_batch(self) -> None:
-        """End the batch if it is full or its time is over, and choose the size of the next one."""
+        """End the batch if it is full or its time is up, and choose the size of the next one."""
         self._checked_scans += min(SCANS_PER_CHECK, self._batch - self._checked_scans)
         took_ns = wall_ns() - self._begun_ns
         is_paced = self.session.state.speed is not None
@@ -135,7 +135,7 @@ class Tap(QuietListener):
         self._scans_to_check = min(SCANS_PER_CHECK, self._batch - self._checked_scans)
 
     def _end_batch(self) -> None:
-        """Write the rows of a batch, and the figures and notes that are due."""
+        """Write a batch's rows, and the figures and notes that are due."""
         wall, scan, is_paced = wall_ns(), self._scan, self.session.state.speed is not None
         if wall >= self._figures_due_ns and (scan >= self._figures_due_scan or is_paced):
             self._figures_due_ns, self._figures_due_scan = wall + FIGURES_NS, scan + FIGURES_SCANS
@@ -146,7 +146,7 @@ class Tap(QuietListener):
             self.send_values()
 
     def _write(self) -> None:
-        """Write the rows of the scans that have none yet."""
+        """Write the rows of the scans whose rows have not been written yet."""
         images, count, wall = self._images, len(self._images), wall_ns()
         took_ns, self._wall_ns = wall - self._wall_ns, wall
         row = self._scan, self._flags, self._now_ns, wall, self._latest_figures
@@ -180,7 +180,7 @@ class Tap(QuietListener):
         self.send({"forces": {"scan": self.session.scan, "forces": self._forces}})
 
     def send(self, message: Mapping[str, object]) -> None:
-        """Send a message to the monitor, after the rows of earlier scans; one that is too long is lost."""
+        """Send a message to the monitor, after the rows of earlier scans; too long a message is lost."""
         self._write()
         self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
 
@@ -190,7 +190,7 @@ class Tap(QuietListener):
 
 
 class PipeInbox:
-    """Actions from a pipe. The ring has their count, which is faster to check than the pipe."""
+    """Actions from a pipe. The ring has the number of actions, which is faster to check than the pipe."""
 
     def __init__(self, ring: Ring, pipe: Connection) -> None:
         self._head, self._pipe = ring.head, pipe
@@ -201,11 +201,11 @@ class PipeInbox:
         self._pipe = pipe
 
     def pending(self) -> bool:
-        """Whether an action waits."""
+        """Whether an action is waiting."""
         return self._head[ORDERS] != self._taken_count
 
     def take(self) -> bytes:
-        """Return the next action; ValueError if the monitor died before it sent it."""
+        """Return the next action; raise ValueError if the monitor died before sending it."""
         self._taken_count += 1
         try:
             if self._pipe.poll(0):

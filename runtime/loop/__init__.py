@@ -2,14 +2,14 @@
 
 | file | contents |
 |---|---|
-| `module`, `rack`, `exchange` | contract of a module, slots, images across the backplane |
+| `module`, `rack`, `exchange` | module contract, slots, image exchange across the backplane |
 | `scan`, `phases`, `cpu` | the logic's view, the phases of a scan, running and stopping |
-| `faults`, `forces`, `events`, `listeners` | faults of the CPU, forced bits, events, and their receivers |
+| `faults`, `forces`, `events`, `listeners` | CPU faults, forced bits, events, and the receivers of events |
 | `incidents`, `exposed`, `key_switch`, `module_fault` | injected faults of modules and CPU |
-| `ahead`, `scans_ahead` | images of the coming scans, computed at once; scans that use these images |
-| `pace`, `realtime`, `module_options` | wall clock and watchdog, real-time requests, options of modules |
+| `ahead`, `scans_ahead` | images of upcoming scans, computed in one go; scans that use these images |
+| `pace`, `realtime`, `module_options` | wall clock and watchdog, real-time requests, module options |
 
-This is the lowest layer of `runtime`. It uses modules only through the contract in `module`, and images and
-their names from `io_images`. It does not depend on programs or recordings: logic is a function, a recorder is
-a listener.
+This is the lowest layer of `runtime`. It accesses modules only through the contract in `module`, and takes
+images and their names from `io_images`. It does not depend on programs or recordings: logic is a function,
+and a recorder is a listener.
 """

@@ -1,12 +1,13 @@
-"""The rack's memory of the coming scans, computed in advance while the modules only continue.
+"""The rack's memory in upcoming scans, computed in advance while the modules have no events.
 
     ordinary scans      block of rows, each one scan's memory          ordinary scan
     | . . . . . . . . | row row row row row row row row row row ... |  . (a ramp ends here)
-      wait              calm: outputs stay, no event
+      wait              calm: outputs unchanged, no event
 
 Between two events of a module, position and count are closed forms of time. A `ForeseeingModule` returns the
-instant of the next event, and its changing words of all scans until then at once. The other words of a row
-are the present ones. A scan then copies a row into the rack's memory instead of updating the modules.
+instant of the next event and, in one call, its changing words for all scans until then. The other words of a
+row keep their present values. A scan then copies a row into the rack's memory instead of updating the
+modules.
 
 Rows are valid as long as nothing acts on a module. New outputs are detected when the memory after the logic
 differs from the row. Any other action on a module calls its `before_change`. In both cases one `update`
@@ -30,17 +31,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LEAST_ROWS = 16
-"""Minimum scans in a block: computing a shorter one costs more than it saves."""
+"""Minimum number of scans in a block: computing a shorter block costs more than it saves."""
 
 PAYING_SCANS = 64
-"""Scans of a block after which it has saved more than it cost."""
+"""Number of scans after which a block has saved more than it cost."""
 
 NUMPY_WORTH_SCANS = 50_000
 """Loading numpy takes as long as this many scans of a module. A shorter run does not load it."""
 
 
 class Block(NamedTuple):
-    """Scans in advance: the rack's memory in each."""
+    """Scans computed in advance, with the rack's memory in each."""
 
     rows: list[bytes] | bytes  # the rack's memory before the logic: of each scan, or the same for all
     length: int
@@ -48,11 +49,11 @@ class Block(NamedTuple):
 
     @classmethod
     def all_updated(cls, rows: list[bytes] | bytes, count: int) -> Block:
-        """Return a block of scans that all update the inputs.
+        """Return a block in which every scan updates the inputs.
 
         Args:
-            rows: a row per scan, or a single row for all.
-            count: number of scans for a single row; ignored otherwise.
+            rows: one row per scan, or a single row for all scans.
+            count: number of scans if there is a single row; ignored otherwise.
         """
         return cls(rows, count if isinstance(rows, bytes) else len(rows))
 
@@ -61,11 +62,11 @@ class Block(NamedTuple):
         return [self.rows] * count if isinstance(self.rows, bytes) else self.rows[start : start + count]
 
     def updates(self, start: int) -> Iterator[bool]:
-        """Yield for each scan from index `start` on whether the modules update."""
+        """For each scan from index `start` on, yield whether the modules update."""
         return repeat(True) if self.updated is None else islice(self.updated, start, None)
 
     def scans(self, start: int) -> Iterator[tuple[bytes, bool]]:
-        """Yield for each scan from index `start` on its row, and whether the modules update."""
+        """For each scan from index `start` on, yield its row and whether the modules update."""
         rows = self.rows
         if isinstance(rows, bytes):
             return zip(repeat(rows, self.length - start), self.updates(start), strict=False)
@@ -76,10 +77,10 @@ class RackPrediction:
     """The combined prediction of a rack's modules.
 
     Attributes:
-        possible: whether all modules can predict. Otherwise nothing is predicted.
+        possible: whether all modules can predict. If not, nothing is predicted.
 
     Args:
-        sent: the output images in force, in the order of the slots.
+        sent: the output images in force, in slot order.
     """
 
     def __init__(self, rack: Rack, sent: Sequence[Image]) -> None:
@@ -94,12 +95,12 @@ class RackPrediction:
         self.possible = bool(modules) and len(self._modules) == len(modules)
 
     def call_before_change(self, notice: Callable[[], None]) -> None:
-        """Call `notice` before anything acts on a module."""
+        """Arrange for `notice` to be called before anything acts on a module."""
         for module in self._modules:
             module.before_change = notice
 
     def calm_until_ns(self) -> int:
-        """Return the instant before which the modules only continue, ns; 0 if it is unknown."""
+        """Return the instant, ns, before which the modules have no events; 0 if it is unknown."""
         if not self.possible:
             return 0
         until_ns = []
@@ -134,24 +135,24 @@ class RackPrediction:
         return rows
 
     def _present(self, latest_ns: int) -> bytes:
-        """Return the memory with the modules' own inputs in place of forced ones."""
+        """Return the present memory with the modules' own inputs in place of forced ones."""
         present = bytearray(self._memory)
         for inputs, module, outputs in zip(self._inputs, self._modules, self._sent, strict=True):
             present[inputs] = module.update(latest_ns, outputs).raw
         return bytes(present)
 
     def outputs_of(self, memory: bytes | bytearray) -> list[bytes]:
-        """Return the output images in a memory with the layout of the rack's."""
+        """Return the output images in a memory that has the rack's layout."""
         return [bytes(memory[image]) for image in self._outputs]
 
 
 def numpy_is_worth_it(scans: int) -> bool:
-    """Return whether numpy is loaded, or worth loading after a number of scans."""
+    """Return whether numpy is already loaded, or is worth loading after this number of scans."""
     return "numpy" in sys.modules or scans >= NUMPY_WORTH_SCANS
 
 
 class Patience:
-    """When and how far to look ahead: less often after failures, farther after successes."""
+    """Decides when and how far to look ahead: less often after failures, and farther after successes."""
 
     SHORTEST_WAIT, LONGEST_WAIT = 4, 128
     FEWEST_ROWS, MOST_ROWS = 256, 2048
@@ -166,7 +167,7 @@ class Patience:
         self.wait = scans + 1 if scans else min(2 * self.wait, self.longest_wait)
 
     def ended(self, used: int, count: int) -> None:
-        """Adapt to a block whose first `used` scans were run."""
+        """Adapt to a block that has ended after its first `used` scans were run."""
         if used == count:
             self.wait = 1
             self.most_rows = min(2 * self.most_rows, self.MOST_ROWS)

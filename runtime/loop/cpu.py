@@ -1,8 +1,8 @@
-"""The CPU: runs scans in virtual time, changes modes, and stops in order.
+"""The CPU, which runs scans in virtual time, changes modes, and shuts down in order.
 
-The phases of a scan are in `runtime.loop.phases`. A request during a scan (a mode, a force)
-takes effect after the scan. The next scan is the first to show it, and the listeners receive it
-with that scan.
+The phases of a scan are in `runtime.loop.phases`. A request made during a scan (such as a mode or a force)
+takes effect after that scan. The next scan is the first one that shows the change, and the listeners receive
+the change with that scan.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .scans_ahead import LOGIC_CALLERS, RepeatFinder, ScansAhead
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
 
 PERIOD_NS = 2_000_000
-"""Default time from scan to scan."""
+"""Default time from one scan to the next, ns."""
 
 ENDLESS = 1 << 62
 """Number of scans of a run without a limit."""
@@ -37,19 +37,20 @@ ENDLESS = 1 << 62
 class Cpu:
     """A controller's CPU that runs logic on a rack, scan by scan.
 
-    Use it as a context manager, or call `close` at the end, which closes the listeners.
+    Use the CPU as a context manager, or call `close` at the end; either closes the listeners.
 
     Args:
         rack: modules in their slots, just powered up.
         logic: called once per scan with the `LogicScan`.
-        period_ns: time from scan to scan, at least 1 ns.
-        exchange: exchange of images across the backplane; by default at the end of each scan.
+        period_ns: time from one scan to the next, at least 1 ns.
+        exchange: the exchange of images across the backplane; by default it takes place in every scan, as on
+        a MicroLogix.
         listeners: called after every scan, in this order.
-        pacer: makes scans wait for the wall clock; by default as fast as possible.
+        pacer: makes scans wait for the wall clock; by default, scans run as fast as possible.
         watchdog: ends endless logic, by default after 500 ms.
 
     Raises:
-        ValueError: the period is not positive, or the rack lacks a slot of the logic.
+        ValueError: the period is not positive, or the rack lacks a slot that the logic needs.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class Cpu:
 
     @property
     def program(self) -> ScanLogic:
-        """The logic. An assigned one is called from the next scan on."""
+        """The logic. Newly assigned logic is called from the next scan on."""
         return self._phases.program
 
     @program.setter
@@ -117,17 +118,17 @@ class Cpu:
 
     @property
     def scan(self) -> int:
-        """Number of the next scan; during a scan, of that scan."""
+        """Number of the next scan; during a scan, the number of that scan."""
         return self._view.number
 
     @property
     def now_ns(self) -> int:
-        """Virtual time of the next scan; during a scan, of that scan."""
+        """Virtual time of the next scan; during a scan, the time of that scan."""
         return self._view.now_ns
 
     @property
     def mode(self) -> CpuMode:
-        """The mode. A mode set during a scan takes effect at its end."""
+        """The mode. A mode that is set during a scan takes effect at the end of the scan."""
         return self._mode
 
     @mode.setter
@@ -141,24 +142,24 @@ class Cpu:
         self._listeners.add(listener)
 
     def dismiss(self, listener: ScanListener) -> None:
-        """Close a listener and pass nothing more to it; no effect if it is closed."""
+        """Close a listener and pass nothing more to it; do nothing if it is already closed."""
         self._ahead.before_new_listeners()
         self._listeners.dismiss(listener)
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
-        """Only advance the time in repeated scans, see `runtime.loop.scans_ahead`."""
+        """In repeated scans, only advance the time; see `runtime.loop.scans_ahead`."""
         self._ahead.pass_over_repeats(finder)
 
     def announce(self, event: Event) -> None:
-        """Pass an event of the program to the listeners with the next scan."""
+        """Pass an event from the program to the listeners with the next scan."""
         self._phases.announce(event)
         self._ask_for_attention()
 
     def tags_from_outside(self, forces: Mapping[str, str | int | float | bool]) -> None:
-        """Note that a tag of the program was set from outside, or that its force changed.
+        """Note that a program tag was set from outside, or that its force changed.
 
-        The next scan shows this in its flags and on /forces. The program keeps the forces of tags; the CPU
-        only reports them.
+        The next scan shows this in its flags and on /forces. The program stores the forces of its tags; the
+        CPU only reports them.
         """
         self._tags_set_before = self._next_scan
         if forces != self._tag_forces:
@@ -173,9 +174,9 @@ class Cpu:
             scans: number of scans; None = until `stop`.
 
         Raises:
-            CpuFault: the logic raised or did not end, or a module or listener failed. Outputs
-                are zero, the modules are stopped, and all listeners are closed.
-            ValueError: the CPU has faulted before or is closed.
+            CpuFault: the logic raised an exception or did not end, or a module or listener failed. Outputs
+                are then zero, the modules are stopped, and all listeners are closed.
+            ValueError: the CPU has already faulted or is closed.
         """
         self._refuse_if_over()
         self._ahead.stop_requested = False
@@ -189,10 +190,10 @@ class Cpu:
                 self._scanning = False
 
     def exchange_early(self) -> bool:
-        """Carry out the exchange before the next scan now, while the logic runs.
+        """Carry out now, while the logic is running, the exchange that precedes the next scan.
 
-        The logic sees the new inputs after this call. Exchanges of a CompactLogix do not wait for the end of
-        a scan either. The exchange does not send the outputs of this scan.
+        After this call the logic sees the new inputs. A CompactLogix does not wait for the end of a scan to
+        exchange images either. The exchange does not send the outputs of this scan.
 
         Returns:
             Whether an exchange is due before the next scan.
@@ -212,10 +213,10 @@ class Cpu:
         return stopping_on_interrupt(self.stop, *LOGIC_CALLERS)
 
     def close(self) -> None:
-        """Close the logic, if it can be closed, and all listeners, in order; do nothing if already closed.
+        """Close the logic, if possible, and then all listeners in order; do nothing if already closed.
 
         Raises:
-            Exception: the logic or a listener failed to close. The others are closed nevertheless.
+            Exception: the logic or a listener failed to close. The others are closed anyway.
         """
         if self._closed:
             return
@@ -244,7 +245,7 @@ class Cpu:
             self._fail(error, self._ahead.present)
 
     def _ask_for_attention(self) -> None:
-        """Apply requests after this scan, or now between runs."""
+        """Have requests applied after this scan, or immediately between runs."""
         self._phases.attention = True
         self._ahead.end_block()
         if not self._scanning:
@@ -252,7 +253,7 @@ class Cpu:
 
     @property
     def _next_scan(self) -> int:
-        """Number of the scan in which a present request takes effect."""
+        """Number of the scan in which a request made now takes effect."""
         return self.scan + self._scanning
 
     def _prepare(self) -> None:
@@ -268,7 +269,7 @@ class Cpu:
         view.now_ns += self.period_ns
 
     def _attend(self) -> None:
-        """Reset the special conditions of this scan, and apply requests."""
+        """Reset this scan's special conditions, and apply requests."""
         if "logic" not in IDLE_PHASES[self._mode]:
             self._view.first = False
         if self._mode is self._next_mode is CpuMode.SINGLE_SCAN:
@@ -333,5 +334,5 @@ class Cpu:
 
 
 def _watchdog_words(error: BaseException) -> str:
-    """Return the watchdog's message, with the place in the program that the ladder engine has noted."""
+    """Return the watchdog's message, with the place in the program that the ladder engine noted."""
     return ", ".join([str(error), *getattr(error, "__notes__", ())])

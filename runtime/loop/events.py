@@ -1,7 +1,6 @@
-"""Events of a module, the CPU or the machine, in addition to the images.
+"""Events from a module, the CPU or the machine, in addition to the images.
 
-Events go into the trace, the closing summary and the log. They have no effect
-on the rack.
+Events appear in the trace, the final summary and the log. They have no effect on the rack.
 """
 
 from __future__ import annotations
@@ -19,13 +18,12 @@ class Event:
     """One event.
 
     Attributes:
-        kind: "rule" (a rule of the manual fired), "move" (a motion began or
-            ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
-            "format" (a configuration changed the format of numbers),
-            "refusal" (an axis lacks a function), "substitution" (an axis does the same by other
-            means), "adapter" (a link or controller failed).
+        kind: "rule" (a rule of the manual fired), "move" (a motion began or ended), "stimulus" (the machine's
+            timeline acted), "indicator" (an LED changed), "format" (a configuration changed the format of
+            numbers), "refusal" (an axis lacks a function), "substitution" (an axis achieves the same result
+            by other means), "adapter" (a link or controller failed).
         name: the rule's id, the move's kind or the input's name.
-        fields: further values, by name.
+        fields: additional values, by name.
     """
 
     at_ns: int

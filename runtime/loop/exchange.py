@@ -1,8 +1,8 @@
 """The exchange of images across the backplane, between the rack's memory and the modules.
 
-End of scan (MicroLogix): inputs are read at a scan's beginning, outputs sent
-at its end. A scan takes no virtual time, so the outputs of scan n are in force from
-its instant on, and scan n + 1 sees the module after one period with these outputs.
+End of scan (MicroLogix): inputs are read at the beginning of a scan, and outputs are sent at its end. A scan
+takes no virtual time, so the outputs of scan n are in force from the instant of scan n on, and scan n + 1
+sees the module after one period with these outputs.
 
     scans      n ------------- n+1 ------------ n+2
     outputs    |   of scan n   |  of scan n+1   |
@@ -17,9 +17,9 @@ exchanges see the same inputs, and only the last of their outputs is sent.
     outputs    |  ...of scan n-1      |  of scan n+2         |
     inputs     all three see R0       all three see R1
 
-An exchange at the same instant as a scan precedes it: the scan sees its
-inputs, and its outputs wait for the next exchange. The logic of a real scan takes
-time, so `exchange_early` carries out the next exchange in the middle of it.
+An exchange at the same instant as a scan precedes the scan: the scan sees the new inputs, and its outputs
+wait for the next exchange. The logic of a real scan takes time, so `exchange_early` carries out the next
+exchange in the middle of the logic.
 """
 
 from __future__ import annotations
@@ -61,18 +61,18 @@ class Exchange(ABC):
 
     @abstractmethod
     def start(self) -> None:
-        """Inform the modules that the PLC runs, when the latest outputs are sent."""
+        """Inform the modules that the PLC is running, at the time when the latest outputs are sent."""
 
     def stop(self) -> None:
-        """Inform the modules now that the PLC does not run; the latest outputs stay in force."""
+        """Inform the modules immediately that the PLC is not running; the latest outputs stay in force."""
         _set_modules_running(self._rack, False)
 
     def call_before_change(self, notice: Callable[[], None]) -> None:
-        """Call `notice` before anything except this exchange acts on a module."""
+        """Arrange for `notice` to be called before anything except this exchange acts on a module."""
         self._prediction.call_before_change(notice)
 
     def exchange_early(self, end_ns: int) -> bool:
-        """Exchange within a scan that ends at `end_ns`; return whether an exchange is due by then."""
+        """Exchange images in a scan that ends at `end_ns`; return whether an exchange is due by then."""
         return False
 
     @abstractmethod
@@ -81,16 +81,16 @@ class Exchange(ABC):
 
     @abstractmethod
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        """Return a block of scans, the first one at `now_ns`.
+        """Return a block of scans computed in advance, the first one at `now_ns`.
 
         Args:
             count: number of scans, at most `calm_scans`.
-            most_rows: maximum number of scans if an axis moves.
+            most_rows: maximum number of scans if an axis is moving.
         """
 
     @abstractmethod
     def catch_up(self, now_ns: int) -> None:
-        """Advance the modules to the scan at `now_ns`, after scans of a block."""
+        """Advance the modules to the scan at `now_ns`, after scans that used a block."""
 
 
 Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
@@ -98,7 +98,7 @@ Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
 
 
 class EndOfScan(Exchange):
-    """Exchange of inputs at the beginning of a scan and of outputs at its end, as on a MicroLogix."""
+    """Exchanges inputs at the beginning of a scan and outputs at its end, as on a MicroLogix."""
 
     __slots__ = ("_latest_ns",)
 
@@ -144,7 +144,7 @@ class EndOfScan(Exchange):
 
 
 class RecordedAtRpi(EndOfScan):
-    """Exchange of a trace's inputs, which change with each scan, with the due times of an `EveryRpi`.
+    """Replays a trace's inputs, which change with each scan; its exchanges are due as in `EveryRpi`.
 
     Args:
         rpi_ns: interval between the exchanges of the trace.
@@ -158,7 +158,7 @@ class RecordedAtRpi(EndOfScan):
 
     @override
     def latch_inputs(self, now_ns: int) -> bool:
-        """Read the inputs of every scan; return whether the trace had an exchange by `now_ns`."""
+        """Read the inputs in every scan; return whether the trace had an exchange by `now_ns`."""
         super().latch_inputs(now_ns)
         due = self._next_ns <= now_ns
         if due:
@@ -167,9 +167,9 @@ class RecordedAtRpi(EndOfScan):
 
 
 class EveryRpi(Exchange):
-    """Exchange every RPI, independent of the scan, as on a CompactLogix.
+    """Exchanges images every RPI, independently of the scan, as on a CompactLogix.
 
-    Exchanges happen at 0, rpi, 2 * rpi, ... Every exchange advances every module.
+    Exchanges take place at 0, rpi, 2 * rpi, ... Every exchange advances every module.
 
     Args:
         rpi_ns: interval between exchanges, at least 1 ns.
@@ -273,7 +273,7 @@ class EveryRpi(Exchange):
 def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
     """Return the connections of all modules; `sent` has the layout of the rack's memory.
 
-    Modules that follow others come last, so that they see the others at the same instant.
+    Modules that follow others come last, so that they see the other modules at the same instant.
     """
     pairs = zip(rack.slots.values(), _images(rack, sent), strict=True)
     ordered = sorted(pairs, key=lambda pair: bool(getattr(pair[0].module, "follows", ())))

@@ -1,4 +1,4 @@
-"""Modules with injected faults: loss of power or link, torn updates."""
+"""Modules with injected faults, such as loss of power or link, and torn updates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .module import Words
 
 WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
-"""Order of faults. A module with several faults shows the first one."""
+"""Order of precedence of faults. A module that has several faults shows the first one."""
 
 _BEGUN = {
     FaultKind.POWER_CYCLE: "The module's power goes and comes back.",
@@ -42,25 +42,25 @@ class ModuleWithFaults(Module, Protocol):
     """A module that can simulate faults."""
 
     def inject(self, trouble: ModuleFault | None) -> None:
-        """Put the module into a fault, or end it with None."""
+        """Put the module into a fault state; None ends it."""
 
 
 @runtime_checkable
 class OnALine(Module, Protocol):
-    """A module with a controller on a serial line or network."""
+    """A module whose controller is on a serial line or network."""
 
     def disturb(self, fault: FaultKind, *, begins: bool, lasts: bool) -> None:
-        """Begin or end a fault of the line; a fault that does not last affects one reply."""
+        """Begin or end a line fault; a fault that does not last affects one reply."""
 
 
 class Conditions(Protocol):
-    """The environment of a module, set by texts such as "temperature=95"."""
+    """A module's environment, set by texts such as "temperature=95"."""
 
     def check(self, state: str) -> None:
-        """Refuse a state that the module can't have, with a ValueError."""
+        """Raise a ValueError for a state that the module can't have."""
 
     def put(self, state: str) -> None:
-        """Put the module into a state at the instant of its last `update`; ValueError as in `check`."""
+        """Put the module into a state at its last `update`; raise ValueError as in `check`."""
 
 
 class _Act(NamedTuple):
@@ -72,13 +72,13 @@ class _Act(NamedTuple):
 
 
 class ExposedModule(Module):
-    """A wrapper of a module that injects scheduled faults.
+    """A wrapper around a module that injects scheduled faults.
 
     Args:
         conditions: the environment of the module; None if it can't be set.
 
     Raises:
-        ValueError: the module can't simulate a fault, or can't have a condition.
+        ValueError: the module can't simulate a scheduled fault, or can't have a condition.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class ExposedModule(Module):
         """Add a fault that begins at the last `update` or later.
 
         Raises:
-            ValueError: the module does not support it.
+            ValueError: the module does not support the fault.
         """
         self._check(incident)
         self.before_change()
@@ -124,13 +124,13 @@ class ExposedModule(Module):
 
     @property
     def under_way(self) -> str | None:
-        """The kind of the running motion, or None."""
+        """The kind of the motion in progress, or None."""
         kind: str | None = getattr(self.module, "under_way", None)
         return kind
 
     @property
     def linked(self) -> bool:
-        """Whether the PLC reaches the module."""
+        """Whether the PLC can reach the module."""
         return getattr(self.module, "linked", True)
 
     @property
@@ -179,7 +179,7 @@ class ExposedModule(Module):
         self.module.power_cycle()
 
     def _tear(self, outputs: Image) -> None:
-        """Begin a due torn update with the first new outputs: keep the earlier values of its late words."""
+        """Begin a due torn update when the outputs change: keep the earlier values of its late words."""
         if outputs == self._latest_outputs:
             return
         if len(outputs) != len(self._latest_outputs):
@@ -257,7 +257,7 @@ def _by_time(acts: Iterable[_Act]) -> list[_Act]:
 
 
 def fault_event(at_ns: int, kind: FaultKind, *, begins: bool, state: str = "") -> Event:
-    """Return the event of a fault that begins or ends."""
+    """Return the event for a fault that begins or ends."""
     if kind is FaultKind.CONDITION:
         text = f"Around the module: {state}."
         return Event(at_ns, "stimulus", kind.value, text, {"begins": begins, "state": state})

@@ -1,4 +1,4 @@
-"""Faults of a CPU: their text, and the line of the user's code that caused them."""
+"""CPU faults: their text, and the line of user code that caused them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """The cause of a stopped CPU."""
+    """The cause of a CPU stop."""
 
     scan: int
     now_ns: int
@@ -45,7 +45,7 @@ class Fault:
 
     @property
     def fields(self) -> Mapping[str, JsonValue]:
-        """The fields of the fault on the topic /faults."""
+        """The fault's fields on the topic /faults."""
         fields: dict[str, JsonValue] = {"cause": self.cause.value, "where": self.where, "text": self.text}
         if self.site.rung is not None:
             fields |= {"routine": self.site.routine, "rung": self.site.rung}
@@ -61,7 +61,7 @@ _BLAME = {
 
 
 class CpuFault(Exception):  # noqa: N818 - the usual term of PLCs
-    """The fault of a CPU: outputs are zero, modules are stopped, listeners are closed."""
+    """A CPU fault: outputs are zero, modules are stopped, and listeners are closed."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(str(fault))
@@ -69,11 +69,11 @@ class CpuFault(Exception):  # noqa: N818 - the usual term of PLCs
 
 
 class Ending(BaseException):
-    """The end of the command that runs scans. It is never a fault, wherever it is raised."""
+    """Ends the command that runs scans. It is never a fault, no matter where it is raised."""
 
 
 def ends_the_run(error: BaseException) -> bool:
-    """Return whether an error ends the run and is not a fault: an `Ending`, or a real Ctrl-C.
+    """Return whether an error ends the run without being a fault: an `Ending`, or a real Ctrl-C.
 
     A `raise KeyboardInterrupt` in the program is a fault. A real Ctrl-C is raised by one of our signal
     handlers, or between two instructions of the program.
@@ -91,7 +91,7 @@ def ends_the_run(error: BaseException) -> bool:
 
 
 def words_of(error: BaseException) -> str:
-    """Return an exception's kind and its message, shortened if it is long.
+    """Return an exception's type and message; a long message is shortened.
 
     >>> words_of(ValueError("no such bit")), words_of(ZeroDivisionError())
     ('ValueError: no such bit', 'ZeroDivisionError')
@@ -103,8 +103,8 @@ def words_of(error: BaseException) -> str:
 def place_of(error: BaseException) -> str:
     """Return file:line of the innermost user code in an exception's traceback.
 
-    User code comes from a file that is neither ours nor installed. The constructor of a dataclass
-    comes from "<string>". Without user code it is the innermost frame.
+    User code comes from a file that is neither ours nor installed. The constructor of a dataclass comes from
+    "<string>". If there is no user code, the innermost frame is used.
     """
     lines = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)]
     user_lines = [(file_name, line) for file_name, line in lines if is_the_users(file_name)]

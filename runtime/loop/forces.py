@@ -1,10 +1,9 @@
 """Forces, which hold words and bits at a value regardless of the module or the logic.
 
 An input force acts between the input latch and the logic, an output force
-between the logic and the output latch. Both stay in effect until they
-are removed. An output force acts on the sent and recorded outputs. The logic
-always finds its own outputs, forced or not, so a removed force leaves no
-trace.
+between the logic and the output latch. Both stay in effect until they are removed. An output force changes
+the outputs that are sent and recorded. The logic always sees its own outputs, forced or not, so a removed
+force leaves no trace.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class _MaskedWord:
 
 
 class Forces:
-    """The forces of a rack. Changes take effect with the next scan.
+    """A rack's forces. Changes take effect with the next scan.
 
     Args:
         on_change: called after every change; the scan loop then calls `commit`.
@@ -49,7 +48,7 @@ class Forces:
 
     @property
     def active(self) -> Mapping[str, int]:
-        """The forces by address, the latest last. A later one takes precedence for a common bit."""
+        """The forces by address, latest last. If two forces share a bit, the later one takes precedence."""
         return {str(address): value for address, value in self._values.items()}
 
     def set(self, address: str, value: int) -> None:
@@ -60,7 +59,7 @@ class Forces:
             value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
 
         Raises:
-            ValueError: the address does not exist, or the value does not fit it.
+            ValueError: the address does not exist, or the value does not fit the address.
         """
         target = parse_address(address, self._words)
         check_value(address, target, value)
@@ -139,7 +138,7 @@ class Forces:
 
 
 def check_value(address: str, target: Address, value: object) -> None:
-    """Refuse a value that does not fit a word or bit, with a ValueError that names the address."""
+    """Raise a ValueError that names the address if a value does not fit a word or bit."""
     kind, lowest, highest = ("word", WORD_MIN, UNSIGNED_MAX) if target.bit is None else ("bit", 0, 1)
     if not isinstance(value, int) or not lowest <= value <= highest:
         raise ValueError(f"{address!r} cannot be forced to {value!r}: a {kind} is {lowest} to {highest}")

@@ -1,11 +1,11 @@
-"""Injected faults of a module and its CPU: power, a lost link, a torn update.
+"""Injected faults of a module or the CPU, such as a power loss, a lost link or a torn update.
 
     scan               n          n+1         n+2
     outputs written    A          B           B
-    torn update of B:  A          B A A ...   B        (words 1 and 2 of B come one update late)
+    torn update of B:  A          B A A ...   B        (words 1 and 2 of B arrive one update late)
 
-Each fault is data with an instant. The rack is built with the faults of its
-specification, so a run with faults is as repeatable as a run without.
+Each fault is data that includes its instant. The rack is built with the faults in its specification, so a run
+with faults is as repeatable as a run without them.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from .module_fault import ModuleFault
 
 
 class FaultKind(Enum):
-    """Kind of an injected fault."""
+    """The kind of an injected fault."""
 
     POWER_CYCLE = "power-cycle"
-    """The module loses power and gets it back at once."""
+    """The module loses power and gets it back immediately."""
     LINK_LOST = "link-lost"
     """See `runtime.loop.module_fault`."""
     REMOVED = "removed"
@@ -34,17 +34,17 @@ class FaultKind(Enum):
     ASIC_LOST = "asic-lost"
     """See `runtime.loop.module_fault`."""
     TORN_UPDATE = "torn-update"
-    """The next change of the outputs arrives in two updates, some words one update late."""
+    """The next change of the outputs arrives in two updates; some words arrive one update late."""
     PROGRAM_MODE = "program-mode"
     """The CPU's key is turned to program, and later back to run."""
     LINE_DOWN = "line-down"
-    """The line between an adapter and its controller is open: nothing arrives either way."""
+    """The line between an adapter and its controller is open, so nothing arrives in either direction."""
     REPLIES_LOST = "replies-lost"
-    """Replies of an adapter's controller are lost, although it has carried out the requests."""
+    """Replies from an adapter's controller are lost, although it has carried out the requests."""
     REPLIES_DAMAGED = "replies-damaged"
-    """Replies of an adapter's controller arrive with a bit flipped."""
+    """Replies from an adapter's controller arrive with one bit flipped."""
     CONTROLLER_POWER_CYCLE = "controller-power-cycle"
-    """An adapter's controller loses power and gets it back at once; the adapter keeps its power."""
+    """An adapter's controller loses power and gets it back immediately; the adapter keeps its power."""
     CONDITION = "condition"
     """The environment of a networked drive changes, such as an input or a temperature; see `state`."""
 
@@ -55,7 +55,7 @@ TROUBLES = {
     FaultKind.FATAL_ERROR: ModuleFault.FATAL_ERROR,
     FaultKind.ASIC_LOST: ModuleFault.ASIC_LOST,
 }
-"""Lasting faults of a module, as `ModuleFault`s."""
+"""Lasting module faults, as `ModuleFault` values."""
 
 ON_THE_LINE = frozenset(
     {
@@ -68,7 +68,7 @@ ON_THE_LINE = frozenset(
 """Faults between an adapter and its controller."""
 
 LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
-"""Faults of a module that may have a duration."""
+"""Module faults that may have a duration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class InjectedFault:
         at_ns: start, ns since power-up.
         slot: slot of the module; 0 for `PROGRAM_MODE`.
         for_ns: duration; 0 = unlimited, or until a power cycle for a fatal error. For a torn update it is the
-            delay of the late words, where 0 = one RPI. For lost or damaged replies 0 = only the next one.
+            delay of the late words, where 0 = one RPI. For lost or damaged replies, 0 = only the next reply.
         late_words: indexes of the output words that arrive late in a torn update.
         state: the new state of a condition, such as "temperature=95"; see the module's record.
     """
@@ -108,7 +108,7 @@ class InjectedFault:
             raise SettingError("for_ms", "a condition has no duration; set it back with another entry")
 
     def check_late_words(self, outputs: int) -> None:
-        """Refuse late words that a module with `outputs` output words does not have, with a ValueError."""
+        """Raise a ValueError for late words that a module with `outputs` output words does not have."""
         if not set(self.late_words) <= set(range(outputs)):
             raise SettingError(
                 "late_words", f"late_words {list(self.late_words)} are not allowed: 0 to {outputs - 1}"

@@ -1,4 +1,4 @@
-"""The CPU's key, turned to program and back by injected faults."""
+"""The CPU's keyswitch, which injected faults turn to program and back."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .scan import CpuMode
 
 
 class KeySwitch(QuietListener):
-    """A listener that turns the CPU's key to program and back, at the ends of scans."""
+    """A listener that turns the CPU's key to program and back at the end of a scan."""
 
     def __init__(self, cpu: Cpu, incidents: Iterable[InjectedFault]) -> None:
         self._cpu = cpu

@@ -12,22 +12,22 @@ from .events import Event, JsonValue
 from .rack import Slot
 
 TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators", "order": "/orders"}
-"""Topics of the kinds of events; all others go to "/events"."""
+"""Topics by kind of event; all other events go to "/events"."""
 
 
 class ScanListener(Protocol):
     """A listener of the scan loop. Within a scan it receives the events first, then the scan.
 
-    The images are in the rack's memory (`Rack.memory`). A listener receives that
-    memory when it is created. While `scan` runs, the memory has the scan's images.
+    The images are in the rack's memory (`Rack.memory`), which a listener receives when it is created. While
+    `scan` is running, the memory contains the scan's images.
     """
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Receive an event or another change that is not in an image.
+        """Receive an event, or any other change that is not in an image.
 
         Args:
             scan: number of the scan that reports it.
-            now_ns: its time; times never decrease within a topic.
+            now_ns: time of the event; times never decrease within a topic.
             topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults" or
                 "/orders".
             fields: values by name.
@@ -42,11 +42,11 @@ class ScanListener(Protocol):
         """
 
     def close(self) -> None:
-        """Finish. Called exactly once, as the last call."""
+        """Finish. This is called exactly once, as the last call."""
 
 
 ROWS_AT_ONCE = 4096
-"""Maximum scans that are passed on together."""
+"""Maximum number of scans that are passed on together."""
 
 
 class RowListener(ScanListener, Protocol):
@@ -59,16 +59,16 @@ class RowListener(ScanListener, Protocol):
     def look(self) -> Callable[[], bool] | None:
         """The function to call after the logic of each of these scans; None = no function.
 
-        If the function returns true, this scan ends the rows, and is passed on separately.
+        If the function returns true, this scan ends the rows and is passed on separately.
         """
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans from number `scan` on it can receive together; 0 = each one separately."""
+        """Return how many scans from number `scan` on it can receive together; 0 = only separately."""
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
         """Receive one or more finished scans, at most as many as `begin_rows` has returned.
 
-        The rack's memory has the images of the last scan.
+        The rack's memory contains the images of the last scan.
 
         Args:
             scans: numbers of the scans.
@@ -129,12 +129,12 @@ class Listeners:
 
     @property
     def looks(self) -> list[Callable[[], bool]]:
-        """The functions to call after the logic of each scan by rows."""
+        """The functions to call after the logic in each scan by rows."""
         looks = [listener.look for listener in self._by_rows or ()]
         return [look for look in looks if look is not None]
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans from number `scan` on all can receive together; 0 = each one separately."""
+        """Return how many scans from number `scan` on all can receive together; 0 = only separately."""
         if self._by_rows is None:
             return 0
         return min([ROWS_AT_ONCE, *(listener.begin_rows(scan) for listener in self._by_rows)])
@@ -152,7 +152,7 @@ class Listeners:
             listener.event(scan, now_ns, topic, fields)
 
     def raised(self, scan: int, event: Event, **origin: int) -> None:
-        """Pass on an event of a module, the CPU or the program.
+        """Pass on an event from a module, the CPU or the program.
 
         Args:
             scan: number of the scan that reports it.
@@ -163,7 +163,7 @@ class Listeners:
         self.event(scan, event.at_ns, topic, {**event.fields, **origin, **own_fields})
 
     def module_events(self, scan: int, slots: Iterable[Slot]) -> None:
-        """Pass on the modules' events in order of time, and clear the modules' lists."""
+        """Pass on the modules' events in chronological order, and clear the modules' lists."""
         events = [(slot.number, event) for slot in slots for event in slot.module.events]
         for slot in slots:
             slot.module.events.clear()
@@ -179,12 +179,12 @@ class Listeners:
             listener.close()
 
     def dismiss_present(self) -> None:
-        """Stop passing anything to the listener that was called last; `close` still closes it."""
+        """Stop passing anything to the listener that was called most recently; `close` still closes it."""
         if self.called_last is not None:
             self.listeners.remove(self.called_last)
 
     def close(self) -> None:
-        """Close every listener once, in order; raise an error only after all are closed."""
+        """Close every listener once, in order; raise an error only after all of them are closed."""
         with ExitStack() as stack:
             while self._to_close:
                 stack.callback(self._to_close.pop().close)

@@ -1,9 +1,8 @@
-"""The contract of every module in a slot of the rack.
+"""The contract that every module in a slot of the rack fulfills.
 
-The scan loop uses a simulated 3601, an adapter of a real controller, a module
-that replays a trace and a module with injected faults in the same way.
-None of them has a clock, a thread or unseeded randomness. Time is an argument
-of `update`, an integer number of nanoseconds since power-up.
+The scan loop treats a simulated 3601, an adapter for a real controller, a module that replays a trace, and a
+module with injected faults all in the same way. None of them has a clock, a thread or unseeded randomness.
+Time is an argument of `update`, an integer number of nanoseconds since power-up.
 """
 
 from __future__ import annotations
@@ -27,18 +26,18 @@ class Module(Protocol):
     """A module, as the scan loop uses it."""
 
     events: list[Event]
-    """Events in order of time; the scan loop clears the list."""
+    """Events in chronological order; the scan loop clears the list."""
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image.
 
-        The result must not depend on the number of calls: one advance and several
-        shorter ones return the same images at the same instants.
+        The result must not depend on the number of calls: one long advance and several short ones must return
+        the same images at the same instants.
 
         Args:
             now_ns: virtual time, ns since power-up; never less than in the previous call.
             outputs: the output image in force since the previous call (since
-                power-up in the first call). The module keeps no reference to it.
+                power-up in the first call). The module must not keep a reference to it.
 
         Returns:
             The input image at `now_ns`. It belongs to the module and is valid until the next
@@ -48,39 +47,40 @@ class Module(Protocol):
     def plc_run(self, running: bool) -> None:
         """Set whether the PLC is in run mode, effective at the last `now_ns`.
 
-        A module starts with a running PLC. Program, test and single-scan mode all
-        count as not running, since outputs are not sent to the module.
+        A module initially assumes that the PLC is running. Program, test and single-scan mode all count as
+        not running, since outputs are not sent to the module.
         """
 
     def power_cycle(self) -> None:
-        """Remove and restore power at the last `now_ns`. Volatile data are lost; the time continues."""
+        """Remove and restore power at the last `now_ns`. Volatile data is lost; time continues."""
 
 
 @runtime_checkable
 class ForeseeingModule(Module, Protocol):
-    """A module that can compute its coming inputs in advance, see `runtime.loop.ahead`.
+    """A module that can compute its upcoming inputs in advance; see `runtime.loop.ahead`.
 
-    The predicted inputs equal the inputs of `update` bit by bit.
+    The predicted inputs equal those from `update` bit for bit.
 
     Attributes:
-        before_change: the module calls it before anything except `update` acts on it, such as the PLC's
-            mode or the machine's inputs, or reads its values. The call brings the module up to date.
+        before_change: function that the module calls before anything except `update` changes the module, such
+            as the PLC's mode or the machine's inputs, or reads its values. The call brings the module up to
+            date.
     """
 
     before_change: Callable[[], None]
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which the module only continues, without an event.
+        """Return the instant before which the module has no event.
 
         Args:
-            outputs: the output image that stays in force.
+            outputs: the output image, which stays in force.
 
         Returns:
             The instant, ns; if it is unknown, an instant not later than the last `update`.
         """
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return the input words that change, at `count` instants with an interval of `every_ns`.
+        """Return the input words that change, at `count` instants spaced `every_ns` apart.
 
         Args:
             first_ns: the first instant, later than the last `update`.
@@ -89,25 +89,25 @@ class ForeseeingModule(Module, Protocol):
 
 
 def foreseeing(module: Module) -> ForeseeingModule | None:
-    """Return the module if it can compute its coming inputs, otherwise None; faster than `isinstance`."""
+    """Return the module if it can compute its upcoming inputs, otherwise None; faster than `isinstance`."""
     is_foreseeing = all(hasattr(module, name) for name in ("before_change", "calm_until_ns", "foretell"))
     return module if is_foreseeing else None  # type: ignore[return-value]
 
 
 def unnoticed() -> None:
-    """Do nothing: the default of `before_change`, for a module that nothing computes in advance."""
+    """Do nothing; the default `before_change`, for a module whose inputs are not predicted."""
 
 
 @runtime_checkable
 class Follower(Module, Protocol):
-    """A module whose inputs depend on other slots' modules at the same instant."""
+    """A module whose inputs depend on the modules in other slots at the same instant."""
 
     @property
     def follows(self) -> frozenset[int]:
-        """The slots that every exchange advances before this one; modules in them follow no others."""
+        """The slots that every exchange advances before this one; their modules do not follow others."""
 
     def join(self, modules: Mapping[int, Module]) -> None:
-        """Connect to the modules of the rack, by slot number, before the first `update`.
+        """Connect to the rack's modules, by slot number, before the first `update`.
 
         Raises:
             ValueError: a slot is empty, or its module can't be followed.

@@ -1,4 +1,4 @@
-"""Options of modules and controllers: values by name, from rack files and requests, with their checks."""
+"""Options of modules and controllers: checked values by name, from rack files and requests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Options(BaseModel):
     """Base class of options. A subclass declares the name, type, range and default of each option.
 
     Raises:
-        ValueError: an unknown name, or an illegal value. The message lists the allowed ones.
+        ValueError: a name is unknown, or a value is illegal. The message lists what is allowed.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)

@@ -1,4 +1,4 @@
-"""The wall clock: pace of scans, watchdog and signals; no other module uses `time`.
+"""The wall clock: scan pacing, watchdog and signals; no other module uses `time`.
 
     FreeRun           scans as fast as possible, in virtual time only
     RealTime          scan n of a run is due at start + n * period on the monotonic clock
@@ -8,8 +8,7 @@
     stopping_on_interrupt    Ctrl-C requests a stop between scans
     ending_as_interrupt      SIGTERM and SIGHUP act like Ctrl-C
 
-None of this changes an image: a paced run and a free run have the same scans,
-except for the OVERRUN flag.
+None of this changes an image: a paced run and a free run have identical scans, except for the OVERRUN flag.
 """
 
 from __future__ import annotations
@@ -28,27 +27,27 @@ from typing import Any, Protocol
 from typing_extensions import override
 
 WATCHDOG_NS = 500_000_000
-"""Default watchdog limit, the same as of a CompactLogix main task."""
+"""Default watchdog limit, the same as for a CompactLogix main task, ns."""
 
 WAITING = 10
-"""Limit of wall time, as a multiple of the limit of processor time."""
+"""Wall time limit, as a multiple of the processor time limit."""
 
 TICKS_PER_LIMIT = 4
-"""Checks of the watchdog per limit, so that logic ends after 1 to 1.25 limits."""
+"""Number of watchdog checks per time limit, so that logic is ended after 1 to 1.25 times the limit."""
 
 
 LATE_FROM_NS = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000, 100_000_000)
-"""Bounds of the delays by which late scans are counted. A scan up to the first delay is on time."""
+"""Bounds, ns, of the delays by which late scans are counted. A scan up to the first bound is on time."""
 
 SPIN_SHARE = 10
-"""The longest wait without sleep is the period divided by this number, and at most `SPIN_MAX_NS`."""
+"""The longest wait without sleep is the period divided by this number, but at most `SPIN_MAX_NS`."""
 
 SPIN_MAX_NS = 200_000
-"""Longest wait without sleep. On a machine with free capacity a sleep rarely ends later than that."""
+"""Longest wait without sleep, ns. On a machine with spare capacity, a sleep rarely ends later than that."""
 
 
 BEAT_NS = 100_000_000
-"""Longest wall time until recorded scans are written toward the disk."""
+"""Longest wall time, ns, until recorded scans are flushed toward the disk."""
 
 
 def _nothing() -> None: ...
@@ -70,7 +69,7 @@ class Pacer(Protocol):
     """Number of scans by delay: on time, then above each delay in `LATE_FROM_NS`; empty if free."""
 
     beat: Callable[[], object]
-    """Called between two scans, at least every `BEAT_NS` if scans are shorter; never called if free."""
+    """Called between two scans, at least every `BEAT_NS` if scans are shorter; never if free."""
 
     def begin(self, period_ns: int) -> None:
         """Begin a run, with its first scan due now."""
@@ -95,21 +94,20 @@ class FreeRun(Pacer):
         pass
 
     def wait(self) -> bool:
-        """Return False at once."""
+        """Return False immediately."""
         return False
 
 
 class RealTime(Pacer):
-    """Pace of the wall clock: scan n of a run is due at its start + n * period.
+    """Pacing by the wall clock: scan n of a run is due at the start of the run + n * period.
 
-    A late scan does not shift the following scans: they run without
-    a pause until the loop has caught up. A scan is late if the previous scan
-    was not finished (an overrun), or if the sleep took too long.
+    A late scan does not shift the following scans, which run without a pause until the loop has caught up. A
+    scan is late if the previous scan was not finished (an overrun), or if the sleep took too long.
 
     Args:
-        spin: sleep only until shortly before a scan is due, then poll the clock. That
-            uses a tenth of a processor at most, and begins scans within some microseconds.
-        sleep: waits for up to a number of seconds; it may do other work meanwhile.
+        spin: whether to sleep only until shortly before a scan is due, and then poll the clock. This uses at
+            most a tenth of a processor, and scans begin within a few microseconds of their due time.
+        sleep: function that waits up to a number of seconds; it may do other work in the meantime.
     """
 
     free = False
@@ -166,11 +164,11 @@ class RealTime(Pacer):
 
 
 class AdjustablePace(RealTime):
-    """Pace of the wall clock, at a speed that may change between two scans.
+    """Pacing by the wall clock, at a speed that may change between two scans.
 
-    In slow motion a delay counts in machine time: 1 ms of the clock is 0.1 ms at a tenth of the speed.
-    At full speed it is free, and modules may be computed in advance, as without a session. The CPU reads the
-    speed when it prepares the next scans.
+    In slow motion, a delay is measured in machine time: 1 ms on the clock is 0.1 ms at a tenth of the speed.
+    At full speed this pacer is free, and modules may be computed in advance, as without a session. The CPU
+    reads the speed when it prepares the next scans.
 
     Args:
         speed: seconds of virtual time per second, above 0; None = as fast as possible.
@@ -232,7 +230,7 @@ class Clock:
         return int((time.monotonic_ns() - self._start_ns) * self.speed)
 
     def seconds_until(self, at_ns: int | None, longest_s: float) -> float:
-        """Return the wait on the wall clock until an instant of virtual time.
+        """Return how long to wait on the wall clock until an instant of virtual time, s.
 
         Args:
             at_ns: the instant; None = return `longest_s`.
@@ -245,27 +243,27 @@ class Clock:
 class WatchdogTimeout(BaseException):
     """The logic has taken longer than the watchdog allows.
 
-    It is not an Exception, so a program that catches every Exception in a loop does not catch it.
+    It is not a subclass of Exception, so a program that catches every Exception in a loop does not catch it.
     """
 
 
 class Watchdog:
     """A watchdog that ends endless logic.
 
-    The limit is processor time, so the time of other processes on a busy machine does not count. For
-    logic that waits, wall time has a limit that is ten times as long.
+    The limit applies to processor time, so time used by other processes on a busy machine does not count. For
+    logic that waits, there is also a wall time limit that is ten times as long.
 
-    In the main thread scans do not get slower: a timer, or a thread on a system without timers,
-    checks regularly whether the same scan is still inside the logic. After the
-    limit it raises `WatchdogTimeout` there, even in an endless loop. (A long call of a C
-    function can only be ended when it returns.) In other threads the time is measured before and
-    after the logic, which detects a long scan but not an endless one; see `timed`.
+    In the main thread, the watchdog does not slow down scans: a timer, or a thread on a system without
+    timers, checks regularly whether the same scan is still inside the logic. After the limit the timer raises
+    `WatchdogTimeout` there, even in an endless loop. (A long call to a C function can be ended only when it
+    returns.) In other threads the time is measured before and after the logic, which detects a long scan but
+    not an endless one; see `timed`.
 
-    A debugger disables the watchdog. A timer that finds one on the stack stops for the rest of
-    the run. The time of a scan that is traced or calls `breakpoint()` does not count.
+    A debugger disables the watchdog. If the timer finds a debugger on the stack, it stops for the rest of the
+    run. A scan that is traced or calls `breakpoint()` does not count toward the limit.
 
     Args:
-        limit_ns: longest processor time of the logic of one scan; 0 = no watchdog.
+        limit_ns: maximum processor time of the logic in one scan; 0 = no watchdog.
 
     Raises:
         ValueError: the limit is negative.
@@ -310,7 +308,7 @@ class Watchdog:
         """Call `logic` and measure its time, if `timed`.
 
         Raises:
-            WatchdogTimeout: it took longer than the limit.
+            WatchdogTimeout: the logic took longer than the limit.
         """
         clocks_before = _clocks()
         with _noticing_breakpoints() as breakpoints:
@@ -356,7 +354,7 @@ def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
 
 
 DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
-"""Top-level modules of debuggers: Python's own, on which IPython's is based, and debuggers of editors."""
+"""Top-level modules of debuggers: Python's own, on which IPython's is based, and those of editors."""
 
 
 def _in_debugger(frame: FrameType | None) -> bool:
@@ -374,7 +372,7 @@ def _is_debugger_module(module: object) -> bool:
 
 @contextmanager
 def _noticing_breakpoints() -> Iterator[list[None]]:
-    """Yield a list that gets an entry for each call of `breakpoint()`; the original hook still runs."""
+    """Yield a list that gets an entry for each call to `breakpoint()`; the original hook still runs."""
     calls: list[None] = []
     hook = sys.breakpointhook
 
@@ -390,12 +388,12 @@ def _noticing_breakpoints() -> Iterator[list[None]]:
 
 
 Handler = Callable[[int, FrameType | None], None]
-"""Handles a signal."""
+"""Function that handles a signal."""
 
 
 @contextmanager
 def _interval_timer(interval: float, handler: Handler) -> Iterator[None]:
-    """Run `handler` every `interval` seconds; restore handler and timer afterwards."""
+    """Run `handler` every `interval` seconds; restore the handler and timer at the end."""
     system: Any = signal  # type checkers know its timers on POSIX only
     start = time.monotonic()
     previous = signal.signal(system.SIGALRM, handler)
@@ -414,8 +412,8 @@ def _interval_timer(interval: float, handler: Handler) -> Iterator[None]:
 class _Ticker:
     """A thread that interrupts the main thread regularly, for a system without interval timers.
 
-    It uses SIGABRT, which nothing else sends and every system has. The handler stays installed, since
-    the last tick may arrive after the end. A real abort ends the process with any handler.
+    It uses SIGABRT, which nothing else sends and every system has. The handler stays installed, since the
+    last tick may arrive after the end. A real abort ends the process regardless of the handler.
     """
 
     def __init__(self) -> None:
@@ -459,13 +457,13 @@ _ticker = _Ticker()
 def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterator[None]:
     """Make Ctrl-C call `stop`; further presses interrupt a run that does not stop.
 
-    The first press only requests a stop. The second raises KeyboardInterrupt while the logic runs, which
-    may never end. Otherwise the scan is about to end, and a recorder must not be
-    interrupted. The third press always raises. At its end the context restores the handler.
-    Outside the main thread nothing is changed.
+    The first press only requests a stop. The second raises KeyboardInterrupt if the logic is running, since
+    the logic may never end. Otherwise the scan is about to end, and a recorder must not be interrupted. The
+    third press always raises KeyboardInterrupt. The context restores the handler when it ends. Outside the
+    main thread, nothing is changed.
 
     Args:
-        stop: requests a stop between scans.
+        stop: function that requests a stop between scans.
         inside: the functions that call the logic; while one of them is on the stack, the logic runs.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -489,11 +487,11 @@ def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterat
 
 @contextmanager
 def ending_as_interrupt() -> Iterator[None]:
-    """Make SIGTERM, SIGHUP (a closed terminal) and Ctrl-Break of Windows act like Ctrl-C.
+    """Make SIGTERM, SIGHUP (a closed terminal) and Ctrl-Break on Windows act like Ctrl-C.
 
-    An ignored signal stays ignored, such as SIGHUP under nohup. If Ctrl-C is ignored, such as in
-    the background of a shell, the other signals raise KeyboardInterrupt. At its end the context restores
-    the handlers. Outside the main thread it does nothing.
+    An ignored signal, such as SIGHUP under nohup, stays ignored. If Ctrl-C is ignored, as in a background job
+    of a shell, the other signals raise KeyboardInterrupt. The context restores the handlers when it ends.
+    Outside the main thread, it does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -515,7 +513,7 @@ def ending_as_interrupt() -> Iterator[None]:
 
 
 def interrupted_by() -> str:
-    """Return what ended the run, for messages: Ctrl-C, or the name of a signal that acted like it."""
+    """Return what ended the run, for messages: "Ctrl-C", or the name of a signal that acted like Ctrl-C."""
     return _ended_by[0] if _ended_by else "Ctrl-C"
 
 

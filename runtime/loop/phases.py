@@ -1,4 +1,4 @@
-"""The phases of a scan, in their order; each is a short method.
+"""The phases of a scan, in order; each is a short method.
 
     scan n            phase            in mode           action
     at n * period     input_latch      all               update the modules, read their inputs
@@ -35,7 +35,7 @@ PHASES = (
     "record",
     "housekeeping",
 )
-"""The phases of a scan in order; each is a method of `ScanPhases`, the last one of the CPU."""
+"""The phases of a scan in order; each is a method of `ScanPhases`, except the last, a method of the CPU."""
 
 Phase = Callable[[], None]
 
@@ -45,7 +45,7 @@ IDLE_PHASES = {
     CpuMode.TEST: frozenset({"output_latch"}),
     CpuMode.SINGLE_SCAN: frozenset({"output_latch"}),
 }
-"""The phases that are skipped, by mode."""
+"""The phases that are skipped in each mode."""
 
 _LOGIC_RUNS = tuple("logic" not in IDLE_PHASES[mode] for mode in sorted(CpuMode))
 
@@ -58,13 +58,14 @@ def runs_logic(flags: int) -> bool:
 class ScanPhases:
     """The phases of a scan, and the list of those that are active in the next scan.
 
-    `prepare` makes the list after every change, so a scan without forces does not test for forces.
+    `prepare` rebuilds the list after every change, so a scan without forces does not have to check for
+    forces.
 
     Attributes:
         order: the active phases.
-        blame: the cause of an error in each active phase.
+        blame: the part of the system to blame for an error in each active phase.
         attention: whether the housekeeping of this scan must apply requests.
-        plain: whether only input latch, logic, output latch, record and housekeeping are active.
+        plain: whether only the input latch, logic, output latch, record and housekeeping phases are active.
         after_logic: the last three of these phases.
     """
 
@@ -100,7 +101,7 @@ class ScanPhases:
         self._announced: list[Event] = []
 
     def input_latch(self) -> None:
-        """Advance the modules to now and read their inputs."""
+        """Advance the modules to the present instant and read their inputs."""
         self.view.updated = self._exchange.latch_inputs(self.view.now_ns)
 
     def input_forces(self) -> None:
@@ -121,7 +122,7 @@ class ScanPhases:
         self._exchange.latch_outputs()
 
     def record(self) -> None:
-        """Pass the events, then the scan, to the listeners."""
+        """Pass the events to the listeners, and then the scan."""
         view = self.view
         for module in self._modules:
             if module.events:
@@ -142,11 +143,11 @@ class ScanPhases:
         self.flags = self._prepared_flags | ScanFlag.OVERRUN if is_late else self._prepared_flags
 
     def _timed_logic(self) -> None:
-        """Call the program where no timer can end it."""
+        """Call the program and measure its time, since no timer can end it here."""
         self._watchdog.call(self.logic)
 
     def _first_output_latch(self) -> None:
-        """Send the outputs, and inform the modules that the PLC runs."""
+        """Send the outputs, and inform the modules that the PLC is running."""
         self._exchange.latch_outputs()
         self._exchange.start()
         self._modules_run = True
@@ -167,7 +168,7 @@ class ScanPhases:
         self.listeners.module_events(self.view.number, self._rack.slots.values())
 
     def report_change(self, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Report a change of the CPU to the listeners with the next scan; the latest one per topic counts."""
+        """Report a CPU change to listeners with the next scan; only the latest per topic is reported."""
         self._changes[topic] = fields
 
     def announce(self, event: Event) -> None:
@@ -175,14 +176,14 @@ class ScanPhases:
         self._announced.append(event)
 
     def exchange_early(self) -> bool:
-        """Carry out the exchange before the next scan within this scan; return whether one is due."""
+        """Carry out, in this scan, the exchange that precedes the next scan; return whether one is due."""
         due = self._exchange.exchange_early(self.view.now_ns + self.view.period_ns)
         if due and self._forces.on_inputs:
             self._forces.apply_inputs()
         return due
 
     def stop_modules(self) -> None:
-        """Inform the modules that the PLC no longer runs; do nothing if it did not run."""
+        """Inform the modules that the PLC is no longer running; do nothing if it was not running."""
         if self._modules_run:
             self._modules_run = False
             self._exchange.stop()
@@ -195,7 +196,7 @@ class ScanPhases:
         self.stop_modules()
 
     def prepare(self, mode: CpuMode, *, tags_set: bool, tags_forced: bool) -> None:
-        """List the active phases of the next scan, and the cause of an error in each."""
+        """List the active phases of the next scan, and the part to blame for an error in each phase."""
         logic_runs = "logic" not in IDLE_PHASES[mode]
         is_first = logic_runs and self.view.first
         has_changes = bool(self._changes or self._announced)
@@ -220,7 +221,7 @@ class ScanPhases:
     def _plan(
         self, mode: CpuMode, starting: bool, has_changes: bool, forced_in: bool, forced_out: bool
     ) -> Iterator[tuple[bool, Phase, Cause]]:
-        """Yield whether a phase is active, the phase, and the cause of an error in it, in order of phases."""
+        """For each phase in order, yield whether it is active, the phase, and the cause of its errors."""
         idle = IDLE_PHASES[mode]
         yield not self._pacer.free, self._pace, Cause.MODULE
         yield True, self.input_latch, Cause.MODULE

@@ -4,7 +4,7 @@
     bytes      0           16              32               48              64
 
 The `ModuleWords` of a module determine the length of its images, see `io_images.memory_layout`. A recorder
-copies the memory after every scan. The images of logic and modules are views of it.
+copies the memory after every scan. The images that logic and modules use are views of this memory.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Slot:
 
     @property
     def fault(self) -> int:
-        """Connection fault, as on a CompactLogix: -1 while the module does not answer, otherwise 0.
+        """Connection fault, as on a CompactLogix: -1 while the module is not answering, otherwise 0.
 
         A module without a link always answers (reading A-90).
         """
@@ -56,11 +56,11 @@ class Slot:
 
 
 Seat = TypeVar("Seat")
-"""Type of the items in `Slots`: a slot, or the bench of a slot."""
+"""Type of the items in `Slots`: a slot, or a slot's bench."""
 
 
 class Slots(dict[int, Seat]):
-    """The slots of a rack by number, in ascending order; an empty slot raises a ValueError."""
+    """The slots of a rack by number, in ascending order; accessing an empty slot raises a ValueError."""
 
     def __missing__(self, number: object) -> Slot:
         """Raise ValueError for an empty slot."""
@@ -71,8 +71,8 @@ class Rack:
     """Modules in their slots and one block of memory with all of their images.
 
     Attributes:
-        memory: the images in order of the slot numbers: output image, then input image.
-        layout: the places of the images in the memory.
+        memory: the images in slot number order; each slot has its output image, then its input image.
+        layout: the layout of the images in the memory.
         slots: the slots by number.
 
     Raises:
@@ -92,7 +92,7 @@ class Rack:
 
 
 def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
-    """Return the slots with the same images, but read-only inputs."""
+    """Return the slots with the same images, but with read-only inputs."""
     return Slots((number, replace(slot, inputs=slot.inputs.read_only())) for number, slot in slots.items())
 
 
@@ -103,7 +103,7 @@ def _slot(card: Card, memory: memoryview, places: ImagePlaces) -> Slot:
 
 
 def check_slot_number(number: object) -> None:
-    """Raise ValueError unless the value is a slot number."""
+    """Raise ValueError unless the value is a valid slot number."""
     if not isinstance(number, int) or isinstance(number, bool) or number < 1:
         raise ValueError(f"slot number {number!r}: must be a whole number, 1 or more")
 

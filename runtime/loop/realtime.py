@@ -4,7 +4,7 @@
     memory       mlockall      no page is swapped out
     collector    gc.freeze     garbage collection skips objects that exist at the start
 
-The system may refuse the first two. The run continues after a refusal, and reports it with its remedy.
+The system may refuse the first two. After a refusal, the run continues and reports the refusal with a remedy.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ PRIORITY = 40
 """
 
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
-"""Flags of mlockall: present pages, later pages, and each one only when it is in memory [mlock(2)]."""
+"""Flags of mlockall: present pages, later pages, and each page once it is in memory [mlock(2)]."""
 
 
 LIMITS = Path("/proc/self/limits")
-"""Linux's table of the limits of this process: present limit, then maximum [proc_pid_limits(5)]."""
+"""Linux's table of this process's limits: present limit, then maximum [proc_pid_limits(5)]."""
 
 CAP_IPC_LOCK = 14
-"""Number of the capability to lock memory without a limit [capabilities(7)]."""
+"""Number of the capability that allows locking memory without a limit [capabilities(7)]."""
 
 
 ELSEWHERE = "other programs delay scans: close them, or run on Linux, which has it"
-"""The remedy on a system without the requested function."""
+"""The remedy on a system that lacks the requested function."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Outcome:
 
 
 Undo = Callable[[], object]
-"""Undoes a granted request."""
+"""Function that undoes a granted request."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ class SystemRequest:
     """A request to the system.
 
     Attributes:
-        make: makes the request, and returns a function that undoes it.
-            It raises OSError for a refusal, NotImplementedError on a system without the function.
-        advice: the remedy of a refusal.
+        make: function that makes the request, and returns a function that undoes it. It raises OSError if the
+            system refuses, and NotImplementedError on a system without the requested function.
+        advice: the remedy for a refusal.
     """
 
     name: str
@@ -103,14 +103,14 @@ def give_up_priority() -> None:
 
 
 def _scheduling() -> Any:
-    """Return `os` as Any, since type checkers know its scheduling functions only on Linux."""
+    """Return `os` as Any, since type checkers recognize its scheduling functions only on Linux."""
     if not hasattr(os, "sched_setscheduler"):
         raise NotImplementedError
     return os
 
 
 def ask_for_locked_memory() -> Undo:
-    """Lock every page of the process in memory when it is loaded.
+    """Lock every page of the process in memory once the page is loaded.
 
     Raises:
         OSError: the system refuses, or limits locked memory.
@@ -128,7 +128,7 @@ def ask_for_locked_memory() -> Undo:
 
 
 def _locks_without_limit() -> bool:
-    """Return whether locked memory has no limit. At a limit later allocations would fail [mlock(2)]."""
+    """Return whether locked memory has no limit; with a limit, later allocations would fail [mlock(2)]."""
     if LIMITS.read_text("ascii").partition("Max locked memory")[2].split()[0] == "unlimited":
         return True
     status = Path("/proc/self/status").read_text("utf-8")
@@ -156,7 +156,8 @@ REQUESTS = (
 def real_time(requests: tuple[SystemRequest, ...] = REQUESTS) -> Iterator[list[Outcome]]:
     """Make all requests, yield their outcomes, and undo them at the end.
 
-    They also apply to threads that start within the context, so enter it before a port is opened.
+    The requests also apply to threads that start within the context, so enter the context before a port is
+    opened.
     """
     with ExitStack() as undo:
         yield [request.carry_out(undo) for request in requests]

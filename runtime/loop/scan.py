@@ -1,4 +1,4 @@
-"""A scan for logic and listeners: its mode, its flags, and the argument of the logic."""
+"""A scan as logic and listeners see it: its mode, its flags, and the argument passed to the logic."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ class CpuMode(IntEnum):
     """The mode of the CPU."""
 
     PROGRAM = 0
-    """Logic does not run, outputs are not sent."""
+    """Logic does not run, and outputs are not sent."""
 
     RUN = 1
-    """Logic runs, outputs are sent."""
+    """Logic runs, and outputs are sent."""
 
     TEST = 2
-    """Logic runs, outputs are not sent."""
+    """Logic runs, but outputs are not sent."""
 
     SINGLE_SCAN = 3
-    """One scan as in test mode, then program mode."""
+    """One scan as in test mode, followed by program mode."""
 
 
 class ScanFlag(IntFlag):
-    """The CPU's flags of a scan; bits 0 and 1 are the `CpuMode`."""
+    """The CPU's flags for a scan; bits 0 and 1 are the `CpuMode`."""
 
     RUN = 1 << 0
     TEST = 1 << 1
     FIRST_SCAN = 1 << 2
-    """First scan of the logic, see `LogicScan.first`."""
+    """First scan of the logic; see `LogicScan.first`."""
 
     INPUT_FORCES = 1 << 3
     OUTPUT_FORCES = 1 << 4
     OVERRUN = 1 << 5
-    """Real time only: the scan began late, by 0.1 ms or more, see `pace.LATE_FROM_NS`."""
+    """Real time only: the scan began at least 0.1 ms late; see `pace.LATE_FROM_NS`."""
 
     FAULT = 1 << 6
     """The CPU faulted in this scan, and sent zeros as outputs."""
 
     TAGS_FROM_OUTSIDE = 1 << 7
-    """A tag of the program is forced, or was set from outside since the previous scan."""
+    """A program tag is forced, or was set from outside since the previous scan."""
 
 
 MODE_MASK = 0b11
@@ -59,7 +59,7 @@ def mode_name(mode: CpuMode) -> str:
 
 
 class LogicScan:
-    """The argument of the logic: its scan, and the slots of the rack.
+    """The argument passed to the logic: the present scan, and the slots of the rack.
 
     Attributes:
         slot: the slots by number; `scan.slot[1].inputs` and `.outputs` are the images. Inputs are
@@ -84,12 +84,12 @@ class LogicScan:
 
 
 ScanLogic = Callable[[LogicScan], None]
-"""A program, which is called once per scan, reads input images and writes output images."""
+"""A program, called once per scan, that reads input images and writes output images."""
 
 
 @runtime_checkable
 class AttachedLogic(Protocol):
-    """Logic that is prepared with the rack before its first scan, and closed after its last."""
+    """Logic that is prepared with the rack before its first scan, and closed after its last scan."""
 
     def __call__(self, scan: LogicScan) -> None:
         """Carry out one scan."""

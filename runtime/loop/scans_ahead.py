@@ -1,4 +1,4 @@
-"""Scans by rows: the work of the phases while inputs are computed in advance (`runtime.loop.ahead`).
+"""Scans by rows: what the phases do while inputs are computed in advance (`runtime.loop.ahead`).
 
     scan n            phase           by rows
     at n * period     input_latch     copies the scan's row into the rack's memory
@@ -10,11 +10,11 @@
 New outputs, a request, a stop, or an action on a module ends the block in the same scan, which then
 continues with the ordinary phases.
 
-If all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Repeated scans
-only advance the time, without calls of logic and listeners.
+If all rows are equal, a `RepeatFinder` may find that the upcoming scans repeat the latest one. Repeated scans
+only advance the time, without calling logic or listeners.
 
-If all listeners are `RowListener`s, they receive many scans together, with the rows as images. Otherwise, and
-while one of them needs every scan separately, each scan is passed on at its end, which is slower.
+If all listeners are `RowListener`s, they receive many scans together, with the rows as images. Otherwise, or
+while one of them needs every scan separately, each scan is passed on when it ends, which is slower.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from .scan import LogicScan, ScanLogic
 
 _WHOLE = slice(None)
 _NO_ROWS: tuple[list[int], list[int], list[bytes]] = [], [], []
-"""No pending scans: their numbers, times and images."""
+"""The numbers, times and images of the pending scans when there are none."""
 
 MOST_APART = 63
-"""Maximum scans between two calls of a `RepeatFinder`, while it finds no repeats."""
+"""Maximum number of scans between two calls to a `RepeatFinder` while it finds no repeats."""
 
 
 class RepeatFinder(Protocol):
-    """A finder of scans that repeat the previous one: its inputs, program state and listeners' results."""
+    """Finds scans that repeat the previous one: the same inputs, program state and listener results."""
 
     def keep(self) -> None:
         """Store the program's state before the next scan."""
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many coming scans repeat the latest one, and advance the program's clocks by them.
+        """Return how many upcoming scans repeat the latest one, and advance the program's clocks past them.
 
         Args:
             scan: number of the next scan.
@@ -57,7 +57,7 @@ class ScansAhead:
     """The loop that runs scans, by their phases or by rows.
 
     Attributes:
-        enabled: whether scans may run by rows; False = every scan by its phases, in tests and for
+        enabled: whether scans may run by rows; False = every scan runs by phases, as in tests and for
             irregular scans.
         stop_requested: whether the present scan is the last one.
         present: the phase that ran last.
@@ -78,7 +78,7 @@ class ScansAhead:
         exchange.call_before_change(self.catch_up)
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
-        """Only advance the time in repeated scans, and look ahead more often to find them."""
+        """From now on, only advance the time in repeated scans, and look ahead more often to find them."""
         self._finder = finder
         self.patience.longest_wait = self.patience.SHORTEST_WAIT
 
@@ -95,11 +95,11 @@ class ScansAhead:
         self.stop_requested = self._ends = True
 
     def end_block(self) -> None:
-        """End a block of rows with the present scan, since the next scan must process a change."""
+        """End the block of rows with the present scan, since the next scan must process a change."""
         self._ends = True
 
     def before_new_listeners(self) -> None:
-        """End a block, and pass all scans before the present one to the present listeners."""
+        """End the block, and pass all scans before the present one to the present listeners."""
         self._ends = True
         self._pass_on(self._phases.view.number)
 
@@ -122,7 +122,7 @@ class ScansAhead:
         return scans
 
     def _ahead(self, most: int) -> int:
-        """Run up to `most` scans by rows; return their number."""
+        """Run up to `most` scans by rows; return how many were run."""
         view, patience = self._phases.view, self.patience
         calm = self._calm_scans(most)
         if calm < LEAST_ROWS:
@@ -140,7 +140,7 @@ class ScansAhead:
         return scans_used
 
     def _calm_scans(self, most: int) -> int:
-        """Return how many scans can run by rows now; 0 if it is unknown, -1 if the next scan can't."""
+        """Return how many scans can run by rows now; 0 if unknown, -1 if the next scan can't."""
         phases = self._phases
         is_worth_it = self._finder is not None or numpy_is_worth_it(phases.view.number)
         if not (phases.plain and self.enabled and is_worth_it):
@@ -153,7 +153,7 @@ class ScansAhead:
         return self._exchange.calm_scans(phases.view.now_ns, self._period_ns)
 
     def _scan_repeats(self, finder: RepeatFinder, block: Block) -> None:
-        """Run the scans of a single row, except for repeated scans."""
+        """Run the scans of a block that has a single row, except for repeated scans."""
         view, period_ns = self._phases.view, self._period_ns
         end, scans_between = view.number + block.length, 0
         while view.number < end:
@@ -249,7 +249,7 @@ class ScansAhead:
             self.present()
 
     def _pass_on(self, end: int) -> None:
-        """Pass the scans by rows before number `end` to the listeners."""
+        """Pass the scans by rows to the listeners, up to but not including number `end`."""
         numbers, times, rows = self._pending
         count = end - numbers[0] if numbers else 0
         if count:
@@ -257,7 +257,7 @@ class ScansAhead:
             self._phases.listeners.rows(numbers[:count], times[:count], self._phases.flags, rows[:count])
 
     def _program_in_rows(self, block: Block, start: int) -> ScanLogic:
-        """Return the program, if necessary with `updated` set before it and listeners called after it."""
+        """Return the program, wrapped if `updated` must be set before it or listeners called after it."""
         program, looks = self._phases.program, self._phases.listeners.looks
         self._phases.view.updated = True
         if not looks and block.updated is None:

@@ -1,9 +1,9 @@
 """The machine that a module drives: its parts and their behavior.
 
 `spec` is data: switches, encoder, timeline, stations, slips, jams and movements of a master encoder, each
-checked when it is created. `Machine` is their behavior in time: the module reports its motor steps, and the
-machine decides how far the shaft follows and which inputs are energized. A module queries the next event, so
-nothing loops over steps or ticks.
+checked when it is created. `Machine` implements their behavior over time: the module reports its motor steps,
+and the machine decides how far the shaft follows and which inputs are energized. A module queries the next
+event, so no code loops over steps or ticks.
 """
 
 from __future__ import annotations

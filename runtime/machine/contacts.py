@@ -1,4 +1,4 @@
-"""Contacts that a shaft operates by its position, wired to the inputs of a device."""
+"""Contacts that a shaft operates by its position and that are wired to a device's inputs."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing_extensions import override
 from .spec import Switch
 
 FAR = 1 << 62
-"""Beyond any motor's travel, steps."""
+"""A position beyond any motor's travel, steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A contact to ground that is closed in a range of physical positions.
+    """A contact to ground that is closed within a range of physical positions.
 
     >>> limit = Contact(9000)  # from 9000 on
     >>> limit.closed(8999), limit.closed(9000), limit.edge_after(0, +1), limit.edge_after(9500, -1)
@@ -30,7 +30,7 @@ class Contact:
         return self.low <= position <= self.high
 
     def edge_after(self, position: int, direction: int) -> int | None:
-        """Return the next position, in a direction, at which the contact changes, or None."""
+        """Return the next position in a direction at which the contact changes, or None."""
         edges = self.low, self.high + 1
         if direction > 0:
             return min((edge for edge in edges if position < edge < FAR), default=None)
@@ -42,7 +42,7 @@ OPEN = Contact(low=FAR)
 
 
 def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> int | None:
-    """Return the next position, in a direction, at which a contact changes, or None."""
+    """Return the next position in a direction at which any contact changes, or None."""
     edges = (contact.edge_after(position, direction) for contact in contacts)
     edges_ahead = [edge for edge in edges if edge is not None]
     return min(edges_ahead, key=lambda edge: abs(edge - position), default=None)
@@ -50,7 +50,7 @@ def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> 
 
 @dataclass(frozen=True, slots=True)
 class Parallel(Contact):
-    """Contacts in parallel, closed while one of them is closed."""
+    """Contacts in parallel, which are closed while at least one of them is closed."""
 
     contacts: tuple[Contact, ...] = ()
 
@@ -64,7 +64,7 @@ class Parallel(Contact):
 
 
 def contacts_of(switch: Switch) -> tuple[Contact, ...]:
-    """Return the contacts that are closed where a switch energizes its input."""
+    """Return the contacts that are closed at the positions where a switch energizes its input."""
     first_step = -FAR if switch.first is None else switch.first
     last_step = FAR if switch.last is None else switch.last
     if switch.normally_closed:

@@ -1,11 +1,11 @@
-"""The encoder: counts from the shaft, counts turned by hand, and the Z line.
+"""The encoder: counts from the shaft, counts from turns by hand, and the Z line.
 
     counts of the shaft  c = direction * floor(shaft * counts_per_step)
     counts               c + counts turned by hand
 
-The Z line is at the counts m = marker_at + n * marker_every of c. A step on which c reaches or passes m, from
-either side, makes a Z pulse: up from c0 to c1 if c0 < m <= c1, down if c1 <= m < c0. Rest at m, or a step
-away from m, makes no pulse.
+The Z line is at the counts m = marker_at + n * marker_every. A step on which c reaches or passes m from
+either side makes a Z pulse: when going up from c0 to c1 if c0 < m <= c1, and when going down if c1 <= m < c0.
+Resting at m, or a step away from m, makes no pulse.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class ShaftEncoder:
     def shaft_reaching(self, direction: int, counts: int) -> int:
         """Return the shaft position at which the counts reach or pass `counts`, turning in `direction`.
 
-        The counts must be ahead, and the encoder on the shaft.
+        The counts must be ahead in that direction, and the encoder must be on the shaft.
         """
         shaft_counts = self.direction * counts
         if direction > 0:  # the lowest position with floor(position * ratio) >= shaft_counts
@@ -70,7 +70,7 @@ class ShaftEncoder:
         return -(-(shaft_counts + 1) * self._denominator // self._numerator) - 1
 
     def next_marker(self, direction: int, shaft: int) -> int | None:
-        """Return the count of the next Z line in `direction`, or None without a Z line."""
+        """Return the count of the next Z pulse in `direction`, or None if there is no Z line."""
         if self._marker_every is None:
             return None
         sense = direction * self.direction
@@ -108,7 +108,7 @@ class HandTurning:
         self._markers: list[int] = []  # instants of Z pulses, sorted
 
     def turn(self, counts: int, start_ns: int, end_ns: int) -> None:
-        """Plan a turn; ValueError if it ends before it starts, or starts before the previous turn ends."""
+        """Plan a turn; raise ValueError if it ends before it starts, or overlaps the previous turn."""
         if end_ns < start_ns:
             raise ValueError(f"turn_encoder: end_ns {end_ns}: must be {start_ns} (start_ns) or more")
         if self._turns and start_ns < self._end_ns:
@@ -120,7 +120,7 @@ class HandTurning:
             self._end_ns = end_ns
 
     def counts(self, now_ns: int) -> int:
-        """Return the counts turned by `now_ns`; calls must be in order of time."""
+        """Return the counts turned by `now_ns`; calls must be in chronological order."""
         while self._turns and now_ns >= self._turns[0].end_ns:
             self._counts_done += self._turns.popleft().counts
         return self._counts_done + self._turns[0].counted(now_ns) if self._turns else self._counts_done

@@ -30,7 +30,7 @@ NOTHING_WIRED = MachineSpec()
 
 
 class Machine:
-    """A machine, at rest with its shaft at 0 when it is created.
+    """A machine, which is at rest with its shaft at 0 when it is created.
 
     `now_ns` never decreases between calls.
 
@@ -77,7 +77,7 @@ class Machine:
 
     @property
     def events(self) -> list[Event]:
-        """Past timeline actions and station pulses, in order of time; the module empties the list."""
+        """Past timeline actions and station pulses, in chronological order; the module empties the list."""
         return self._stimuli.events
 
     # --- motion
@@ -89,14 +89,14 @@ class Machine:
         self._forget_levels()
 
     def follow(self, direction: int, steps: int, now_ns: int) -> None:
-        """Follow the motor steps in a direction up to and including `now_ns`."""
+        """Follow the motor steps made in a direction up to and including `now_ns`."""
         if steps:
             if not self._moving:
                 self.depart(now_ns)
             self._shaft.follow(direction, steps)
 
     def rest(self, now_ns: int) -> None:
-        """End a motion: a station at the shaft's position begins its work."""
+        """End a motion; a station at the shaft's position begins its work."""
         if self._moving:
             self._moving = False
             self._stimuli.rest(now_ns, self._shaft.position)
@@ -107,7 +107,7 @@ class Machine:
         return self._shaft.steps_to(direction, target)
 
     def free_steps(self, direction: int) -> int:
-        """Return the motor steps in `direction` that the shaft follows one to one, 0 at a slip or jam."""
+        """Return the motor steps in `direction` that the shaft follows one to one; 0 at a slip or jam."""
         return self._shaft.free_steps(direction)
 
     # --- inputs
@@ -123,16 +123,16 @@ class Machine:
 
     @property
     def shown(self) -> int:
-        """Mask of the energized inputs as of the last query of `levels`."""
+        """Mask of the energized inputs, as of the last call to `levels`."""
         return self._levels
 
     @property
     def held(self) -> int:
-        """Mask of the inputs that timeline or bench hold, as of the last query of `levels`."""
+        """Mask of the inputs that the timeline or bench holds, as of the last call to `levels`."""
         return self._stimuli.held_mask
 
     def rewire(self, bit: InputBit, switches: Sequence[Switch]) -> None:
-        """Replace the switches of an input, and release it; without switches it is de-energized."""
+        """Replace an input's switches, and release the input; without switches it is de-energized."""
         self.before_change()
         other_switches = [switch for switch in self.spec.switches if switch.input is not bit]
         self.spec = replace(self.spec, switches=(*other_switches, *switches))
@@ -148,13 +148,13 @@ class Machine:
         self._levels = (mask | stimuli.pulses) & ~stimuli.held_mask | stimuli.held
 
     def _forget_levels(self) -> None:
-        """Invalidate the levels by an empty range of positions."""
+        """Invalidate the levels by setting an empty range of positions."""
         self._first, self._last = FAR, -FAR
 
     def steps_to_switch(self, direction: int) -> int | None:
         """Return the motor steps, 1 or more, until a switch next changes its input, or None.
 
-        The timeline may hold the input, which then does not show the change.
+        The timeline may be holding the input, which then does not show the change.
         """
         first_step, last_step, _ = self._switches.row(self._shaft.position)
         target = last_step + 1 if direction > 0 else first_step - 1
@@ -162,11 +162,11 @@ class Machine:
 
     @property
     def acts_next_ns(self) -> int:
-        """The computed instant of the next action of timeline or stations, or FAR."""
+        """The computed instant of the next timeline or station action, or FAR."""
         return self._stimuli.next_ns
 
     def next_change_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next action of timeline or stations after `now_ns`, or None."""
+        """Return the instant of the next timeline or station action after `now_ns`, or None."""
         if now_ns >= self._stimuli.next_ns:
             self._stimuli.advance(now_ns)
             self._forget_levels()
@@ -197,22 +197,22 @@ class Machine:
     # --- encoder
 
     def mount(self, encoder: EncoderSpec) -> None:
-        """Mount the encoder of a motor on the shaft of a machine without an encoder."""
+        """Mount a motor's encoder on the shaft of a machine that has no encoder."""
         self._encoder = ShaftEncoder(encoder)
 
     def encoder_counts(self, now_ns: int) -> int:
-        """Return the x4 counts since power-up, from the shaft and from turns by hand."""
+        """Return the x4 counts since power-up, from the shaft and from turns by hand combined."""
         return self._encoder.counts(self._shaft.position) + self._hand_turning.counts(now_ns)
 
     def encoder_counts_all(self, shafts: NDArray[np.int64], now_ns: int) -> NDArray[np.int64]:
-        """Return the x4 counts at many shaft positions, with the turns by hand up to `now_ns`."""
+        """Return the x4 counts at many shaft positions, including turns by hand up to `now_ns`."""
         return self._encoder.counts_all(shafts) + self._hand_turning.counts(now_ns)
 
     def steps_to_counts(self, direction: int, counts: int, now_ns: int) -> int | None:
         """Return the motor steps in `direction` until the encoder reaches or passes `counts`, or None.
 
-        The encoder passes them at `counts` or more for +1, at `counts` or less for -1. Turns by hand after
-        `now_ns` are ignored.
+        The encoder has passed `counts` when it reads `counts` or more for direction +1, or `counts` or less
+        for -1. Turns by hand after `now_ns` are ignored.
         """
         shaft_counts = counts - self._hand_turning.counts(now_ns)
         if (self._encoder.counts(self._shaft.position) - shaft_counts) * direction >= 0:
@@ -222,7 +222,7 @@ class Machine:
         return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, shaft_counts))
 
     def steps_to_marker(self, direction: int) -> int | None:
-        """Return the motor steps, 1 or more, until the next Z pulse of the shaft, or None."""
+        """Return the motor steps, 1 or more, until the shaft's next Z pulse, or None."""
         marker = self._encoder.next_marker(direction, self._shaft.position)
         if marker is None:
             return None
@@ -258,6 +258,6 @@ class Machine:
         return self._hand_turning.next_marker_ns(now_ns)
 
     def let_go(self, now_ns: int) -> None:
-        """Cancel counts and Z pulses by hand after `now_ns`."""
+        """Cancel turns by hand and the bench's Z pulses after `now_ns`."""
         self.before_change()
         self._hand_turning.let_go(now_ns)

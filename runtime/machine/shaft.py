@@ -7,7 +7,7 @@ The rules for a single motor step in direction d with the shaft at p:
     remaining steps of a slip       the step is lost
     otherwise                       the shaft moves to p + d
 
-A step in the other direction, or against a jam, ends a slip at p. The shaft moves freely between slips and
+A step in the opposite direction, or against a jam, ends a slip at p. The shaft moves freely between slips and
 jams, so `follow` goes from one to the next, and `steps_to` adds up the losses. Random numbers are drawn one
 passage ahead, so `steps_to` is exact.
 """
@@ -115,7 +115,7 @@ class Shaft:
         self._find_neighbors()
 
     def _lose_steps(self, direction: int, steps: int) -> int:
-        """Begin or continue the slips at the position; return the steps that are lost, up to `steps`."""
+        """Begin or continue the slips at the position; return how many steps are lost, at most `steps`."""
         if self._departing != direction:
             self._departing = direction
             slips = self._slips.get((self.position, direction), ())
@@ -125,7 +125,7 @@ class Shaft:
         return steps_lost
 
     def _clear_steps(self, direction: int) -> int:
-        """Return the steps from the position to the next obstacle in a direction."""
+        """Return the number of steps from the position to the next obstacle in a direction."""
         if direction > 0:
             index = bisect_right(self._obstacles, self.position)
             return self._obstacles[index] - self.position if index < len(self._obstacles) else FAR
@@ -152,14 +152,14 @@ class Shaft:
         return distance + steps_lost
 
     def _obstacles_before(self, direction: int, target: int) -> list[int]:
-        """Return the obstacles from the position to before `target`."""
+        """Return the obstacles from the position up to but not including `target`."""
         bisect, low, high = bisect_left, self.position, target
         if direction < 0:
             bisect, low, high = bisect_right, target, self.position
         return self._obstacles[bisect(self._obstacles, low) : bisect(self._obstacles, high)]
 
     def _due(self, position: int, direction: int) -> int:
-        """Return the steps that the next passage of a position loses."""
+        """Return the number of steps lost the next time the shaft passes a position."""
         if position == self.position and self._departing == direction:
             return self._steps_to_lose
         return sum(slip.due() for slip in self._slips.get((position, direction), ()))

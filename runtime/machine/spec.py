@@ -1,9 +1,9 @@
 """The parts of a machine: switches, timeline, encoder, slips, jams, stations.
 
 Positions are true shaft positions in motor steps, CW positive, 0 at power-up of the rack. Times are ns since
-power-up. Everything here is data; `machine.Machine` has the behavior. An invalid part raises a ValueError
-with the field, the value and the allowed values. A rack file uses the same names; the field types define
-their form in the file.
+power-up. Everything here is data; `machine.Machine` implements the behavior. An invalid part raises a
+ValueError that shows the field, the value and the allowed values. A rack file uses the same names; the field
+types define how values are written in the file.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ INPUT_NAMES = {input_name(bit): bit for bit in InputBit}
 
 
 def input_of(value: object) -> InputBit:
-    """Return an input by its name; PydanticCustomError for an unknown name.
+    """Return the input with a name; raise PydanticCustomError for an unknown name.
 
     >>> input_of("cw_limit")
     <InputBit.CW_LIMIT: 16>
@@ -98,13 +98,13 @@ Times = Annotated[
     BeforeValidator(_times),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": ["always"]}]}),
 ]
-"""A number of times; None is unlimited, in a file "always"."""
+"""A number of times; None means unlimited and is written "always" in a file."""
 
 NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 
 def refusal(owner: object, field: str, value: object, allowed: str) -> ValueError:
-    """Return the error for an invalid value of a field of `owner`."""
+    """Return the error for an invalid value in a field of `owner`."""
     return SettingError(field, f"{type(owner).__name__}.{field} is {value!r}; allowed: {allowed}")
 
 
@@ -129,16 +129,16 @@ def _check_input(owner: object, value: object) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """A switch or sensor on the machine, operated while the shaft is in a range of positions.
+    """A switch or sensor on the machine that is operated while the shaft is within a range of positions.
 
     Several switches may feed one input: normally open switches in parallel (each of them energizes it), or
-    normally closed switches in series (each of them opens the circuit). One input can't have both kinds.
+    normally closed switches in series (each of them opens the circuit). An input can't have both kinds.
 
     Attributes:
-        input: the module's input that it is wired to.
-        first: lowest shaft position that operates it, steps; open-ended if left out.
-        last: highest shaft position that operates it, steps; open-ended if left out.
-        normally_closed: the input is energized outside the range instead of inside.
+        input: the module input that the switch is wired to.
+        first: lowest shaft position that operates the switch, steps; open-ended if omitted.
+        last: highest shaft position that operates the switch, steps; open-ended if omitted.
+        normally_closed: whether the input is energized outside the range instead of inside it.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -158,7 +158,7 @@ class Switch:
         _check_choice(self, "normally_closed", (False, True))
 
     def operated(self, shaft: int) -> bool:
-        """Return whether the switch is operated with the shaft at a position.
+        """Return whether the switch is operated when the shaft is at a position.
 
         >>> home = Switch(InputBit.HOME, 3000, 3500)
         >>> home.operated(2999), home.operated(3000), home.operated(3500), home.operated(3501)
@@ -167,16 +167,16 @@ class Switch:
         return (self.first is None or shaft >= self.first) and (self.last is None or shaft <= self.last)
 
     def closed(self, shaft: int) -> bool:
-        """Return whether the contact is closed with the shaft at a position."""
+        """Return whether the contact is closed when the shaft is at a position."""
         return self.operated(shaft) is not self.normally_closed
 
 
 @dataclass(frozen=True, slots=True)
 class TimelineEntry:
-    """A level of an input from an instant on, until the next entry for the input.
+    """The level of an input from an instant until the next entry for that input.
 
     On an input that a switch or a station feeds, an entry is a fault: a stuck contact (True) or a broken wire
-    (False). An entry with None repairs it.
+    (False). An entry with None repairs the fault.
     """
 
     at_ns: int  # ns since power-up
@@ -192,15 +192,15 @@ class TimelineEntry:
 def press(
     at_ns: int, input: InputBit, for_ns: int, *, normally_closed: bool = False
 ) -> tuple[TimelineEntry, TimelineEntry]:
-    """Return the two timeline entries of a button that is pressed and released.
+    """Return the two timeline entries for a button that is pressed and released.
 
     >>> [(entry.at_ns, entry.energized) for entry in press(3_200, InputBit.EXTERNAL, 50)]
     [(3200, True), (3250, False)]
 
     Args:
         for_ns: duration, 1 or more.
-        normally_closed: the pressed button de-energizes the input. The level before the first press then
-            needs an entry at 0.
+        normally_closed: whether pressing the button de-energizes the input. If so, the level before the first
+            press needs an entry at 0.
 
     Raises:
         ValueError: `for_ns` is less than 1, or an entry is invalid.
@@ -218,7 +218,7 @@ class EncoderSpec:
     Attributes:
         counts_per_step: x4 counts per step of the shaft, more than 0; a number, or a fraction such as "4/3".
         direction: 1 counts up when the shaft turns CW, -1 counts down.
-        marker_every: x4 counts between Z pulses; no Z line if left out.
+        marker_every: x4 counts between Z pulses; no Z line if omitted.
         marker_at: count of a Z pulse.
     """
 
@@ -242,11 +242,11 @@ class EncoderSpec:
 
 @dataclass(frozen=True, slots=True)
 class MasterTurn:
-    """A movement of a master encoder, which a follower follows; the module's shaft does not turn it.
+    """A movement of a master encoder that an axis follows; the module's own shaft does not turn it.
 
     Attributes:
-        at_ns: begin, ns since power-up.
-        counts: x4 counts at a constant speed, the last one at the end; negative counts down.
+        at_ns: start, ns since power-up.
+        counts: x4 counts made at a constant speed, the last one at the end; a negative number counts down.
         for_ns: duration, 1 or more.
     """
 
@@ -261,22 +261,22 @@ class MasterTurn:
 
     @property
     def end_ns(self) -> int:
-        """End, ns since power-up."""
+        """End of the movement, ns since power-up."""
         return self.at_ns + self.for_ns
 
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """Steps that the motor makes without the shaft, for example under a heavy load.
+    """Steps that the motor makes without moving the shaft, for example under a heavy load.
 
     When the motor leaves shaft position `at` in `direction`, the shaft stays for `steps` motor steps and then
-    follows. A reversal of the motor ends a slip.
+    follows. Reversing the motor ends a slip.
 
     Attributes:
         at: the shaft position, steps.
         steps: motor steps lost each time, 1 or more.
         direction: 1 or -1 for one direction only, 0 for both.
-        times: number of occurrences, 1 or more, or "always" (in Python None).
+        times: number of occurrences, 1 or more, or "always" (None in Python).
         chance: probability of a slip each time the motor leaves the position, 0 to 1.
     """
 
@@ -323,8 +323,8 @@ class Station:
     """A station that works on a part and signals the end of its work.
 
     When a motion ends with the shaft exactly at `position`, the station works for `work_ns` (0 or more) and
-    then energizes its input for `pulse_ns` (1 or more). A motion that begins before the pulse cancels the
-    pulse, but not a pulse that has begun. Stations may share an input.
+    then energizes its input for `pulse_ns` (1 or more). A motion that begins before the pulse cancels it, but
+    a pulse that has begun continues. Stations may share an input.
     """
 
     position: int
@@ -341,7 +341,7 @@ class Station:
 
 @dataclass(frozen=True, slots=True)
 class MachineSpec:
-    """All parts of a machine; without parts, a motor on a bench with unwired inputs."""
+    """All parts of a machine; without any parts, it is a motor on a bench with unwired inputs."""
 
     switches: tuple[Switch, ...] = ()
     timeline: tuple[TimelineEntry, ...] = ()  # actions by hand; actions at one instant keep their order

@@ -4,7 +4,7 @@
      |<---- work_ns ---->|                       work canceled: no pulse
      |<---- work_ns ---->|<-- pulse_ns -->|      a pulse that has begun is completed
 
-An input is *held* after a timeline entry or the bench has set its level. Other inputs follow switches and
+An input is *held* once a timeline entry or the bench has set its level. Other inputs follow switches and
 stations.
 """
 
@@ -29,11 +29,11 @@ _INPUT_TITLES = {
 
 
 class _Work:
-    """The work of a station.
+    """A station's work in progress.
 
     Attributes:
-        due_ns: start of its pulse, FAR while it does not work.
-        until_ns: end of its pulse, FAR without a pulse.
+        due_ns: start of its pulse, or FAR while it is not working.
+        until_ns: end of its pulse, or FAR if there is no pulse.
     """
 
     __slots__ = ("due_ns", "station", "until_ns")
@@ -45,13 +45,13 @@ class _Work:
 
 
 class Stimuli:
-    """Changes of inputs by timeline, stations and bench; calls must be in order of time.
+    """Input changes made by the timeline, stations and bench; calls must be in chronological order.
 
     Attributes:
         held_mask: mask of the held inputs.
         held: mask of the held inputs that are energized.
         pulses: mask of the inputs that a station pulses.
-        events: past actions, in order of time; the reader empties the list.
+        events: past actions, in chronological order; the reader empties the list.
         next_ns: instant of the next action, or FAR.
     """
 

@@ -17,10 +17,10 @@ from .spec import Switch
 
 
 class SwitchTable:
-    """The levels of the inputs that switches feed.
+    """The levels of the inputs that are wired to switches.
 
     Args:
-        switches: switches that MachineSpec has checked; no input has both kinds of contact.
+        switches: switches already checked by MachineSpec, so that no input has both kinds of contact.
     """
 
     __slots__ = ("_bounds", "_masks")
@@ -35,7 +35,7 @@ class SwitchTable:
                 self._masks.append(mask)
 
     def row(self, shaft: int) -> tuple[int, int, int]:
-        """Return (first, last, mask): the range of positions around `shaft` with equal levels.
+        """Return (first, last, mask): the levels at `shaft`, and the range of positions with these levels.
 
         An open end is -FAR or FAR.
         """
@@ -56,7 +56,7 @@ def _edges(switches: Iterable[Switch]) -> Iterable[int]:
 def energized(switches: Iterable[Switch], shaft: int) -> int:
     """Return the mask of inputs that switches energize at a shaft position.
 
-    Normally open switches of an input are in parallel, normally closed switches in series.
+    An input's normally open switches are in parallel, and its normally closed switches are in series.
 
     >>> from scanrack.io_images.amci3601.bits import InputBit
     >>> limits = [Switch(InputBit.CW_LIMIT, 90, None, True), Switch(InputBit.CW_LIMIT, None, -90, True)]

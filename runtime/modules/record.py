@@ -1,4 +1,4 @@
-"""The record of a kind of module; other packages use a module through its record only."""
+"""The record of a kind of module; other packages use modules only through their records."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 Options = Mapping[str, JsonValue]
-"""A slot's options by name, as in a rack file."""
+"""A slot's options by name, as written in a rack file."""
 
 
 class LiveModule(Module, Protocol):
@@ -38,7 +38,7 @@ class NamedInputs(Protocol):
     """A module with named inputs."""
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set an input; ValueError for an unknown input."""
+        """Set an input; raise ValueError for an unknown input."""
 
 
 @runtime_checkable
@@ -46,12 +46,12 @@ class AnalogInputs(Protocol):
     """A module with named analog inputs."""
 
     def set_value(self, name: str, value: float) -> None:
-        """Set an input; ValueError for an unknown input or an invalid value."""
+        """Set an input; raise ValueError for an unknown input or an invalid value."""
 
 
 @runtime_checkable
 class ModuleWithInputs(Protocol):
-    """A module with a machine that has inputs to operate by hand."""
+    """A module whose machine has inputs that can be operated by hand."""
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Set an input at the last `update`; None returns it to the machine."""
@@ -59,7 +59,7 @@ class ModuleWithInputs(Protocol):
 
 @runtime_checkable
 class ModuleWithFigures(Protocol):
-    """A module with a machine that can be read between scans without side effects."""
+    """A module whose machine can be read between scans without side effects."""
 
     def figures(self) -> tuple[int, int, int]:
         """Return the shaft's position (steps), the encoder's counts, and the mask of energized inputs."""
@@ -67,7 +67,7 @@ class ModuleWithFigures(Protocol):
 
 @runtime_checkable
 class ModuleWithFormats(Protocol):
-    """A module with a configuration that selects the format of its numbers."""
+    """A module whose configuration selects its number format."""
 
     @property
     def number_format(self) -> NumberFormat:
@@ -76,7 +76,7 @@ class ModuleWithFormats(Protocol):
 
 @runtime_checkable
 class PressedByTimeline(Protocol):
-    """A module with a timeline in the rack file that operates its inputs."""
+    """A module whose inputs are operated by a timeline in the rack file."""
 
     def end_timeline(self) -> bool:
         """Cancel the remaining presses; return whether any remained."""
@@ -94,13 +94,13 @@ class ModuleWithMachine(Module, Protocol):
 class PredictableMachine(ModuleWithMachine, Protocol):
     """A module that can predict its machine as long as nothing acts on it.
 
-    If it can't predict, it returns an instant up to the last `update`.
+    If it can't predict, it returns an instant no later than the last `update`.
     """
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant until which the shaft does not enter or leave positions `first` to `last`.
 
-        None is an open end.
+        None means an open end.
         """
 
     def levels_calm_until_ns(self) -> int:
@@ -119,14 +119,14 @@ class Trait(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LivePort:
-    """Opens a kind of adapter on a real port."""
+    """The real port of a kind of adapter, which it opens."""
 
     opened: Callable[[str, int, Options], LiveModule]  # opens (port, address, options), or ValueError
     factory_address: int
     highest_address: int  # an address is 1 to `highest_address`, or `factory_address`
 
     def check_address(self, address: int | None) -> None:
-        """Refuse an address that the device can't have, with a ValueError."""
+        """Raise a ValueError if the device can't have an address."""
         if address is None or 1 <= address <= self.highest_address or address == self.factory_address:
             return
         allowed = f"1 to {self.highest_address}"
@@ -135,7 +135,7 @@ class LivePort:
         raise SettingError("address", f"address {address}: must be {allowed}")
 
     def open(self, port: str, address: int | None, options: Options) -> LiveModule:
-        """Open the port with its adapter.
+        """Open a port, and return its adapter.
 
         Args:
             port: a serial device, or tcp:HOST:PORT.
@@ -184,28 +184,27 @@ class ModuleRecord:
     """A kind of module.
 
     Attributes:
-        name: its catalog name, as in rack files and `scanrack drive`.
-        make: makes a simulated module from (firmware, machine, seed, options, wiring), or raises ValueError
-            with the invalid argument.
+        name: the module's catalog name, as used in rack files and by `scanrack drive`.
+        make: makes a simulated module from (firmware, machine, seed, options, wiring), or raises a ValueError
+            that names the invalid argument.
         words: returns the names of its words and bits for the options.
         has_firmware: whether traces record its firmware.
         status: decodes its input image; by default with the names of its words.
-        live: opens it on a real port; None if it has no port.
+        live: opens the module on a real port; None if it does not support one.
         traits: its possible faults and equipment.
-        follows: returns the slots with machines that operate its inputs.
-        buttons: returns the names of the inputs that a person operates.
+        follows: returns the slots whose machines operate its inputs.
+        buttons: returns the names of the inputs that are operated by a person.
         signals: returns its analog inputs by name, with test values.
         check_controller: refuses an incompatible (firmware, controller) with a ValueError.
-        family: "1762" or "1769" for a card that fits one family of controllers only; "" for any other
-            module.
-        switches: returns (slot, switch) of the machines' switches that operate its inputs.
-        capabilities: returns the table of its refusals, Markdown; None without refusals.
+        family: "1762" or "1769" for a card that fits only one family of controllers; "" for any other module.
+        switches: returns (slot, switch) for each machine switch that operates one of its inputs.
+        capabilities: returns the table of its refusals in Markdown; None without refusals.
         option_table: returns the class of its options, for editors; None without options.
-        round_trip_ms: longest time until it answers a command, ms; 0 if it answers at once.
+        round_trip_ms: longest time that it takes to answer a command, ms; 0 if it answers at once.
         conditions: returns the environment of a module, if it can be set while the module runs.
-        states: returns the names of the environment with their states, or with an example of their number.
-        machine_inputs: returns the machine's inputs that are wired to it, with the module's names for them,
-            or "" where the names are equal.
+        states: returns the names in the environment, with their states or an example of their number.
+        machine_inputs: returns the machine's inputs that are wired to the module, with the module's names for
+            them, or "" if the names are equal.
         unread: whether the module's file is not executed, so that options and named bits are not checked.
     """
 

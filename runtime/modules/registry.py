@@ -1,4 +1,4 @@
-"""The registry of modules: scanrack's records, and the records of installed packages."""
+"""The registry of modules, with scanrack's own records and those of installed packages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GROUP = "scanrack.modules"
 
 
 class OwnModules(Mapping[str, ModuleRecord]):
-    """The modules of scanrack by catalog name; all but the 3601 are imported on first use."""
+    """Scanrack's own modules by catalog name; all except the 3601 are imported on first use."""
 
     @cached_property
     def _all(self) -> Mapping[str, ModuleRecord]:
@@ -41,12 +41,12 @@ class OwnModules(Mapping[str, ModuleRecord]):
 
 
 OWN = OwnModules()
-"""The modules of scanrack by catalog name."""
+"""Scanrack's own modules by catalog name."""
 
 
 @cache
 def _installed() -> Mapping[str, EntryPoint]:
-    """Return the entry points of installed packages by catalog name, without scanrack's names."""
+    """Return the entry points of installed packages by catalog name, except scanrack's own names."""
     from importlib.metadata import entry_points  # importing it loads all of `email`
 
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in OWN}
@@ -54,10 +54,10 @@ def _installed() -> Mapping[str, EntryPoint]:
 
 @cache
 def _record_of(name: str) -> ModuleRecord:
-    """Return the record of an installed package, which this imports.
+    """Import an installed package, and return its record.
 
     Raises:
-        ValueError: the import fails, or the package has no record of this name.
+        ValueError: the import fails, or the package has no record with this name.
     """
     point = _installed()[name]
     try:
@@ -76,7 +76,7 @@ class Registry(Mapping[str, ModuleRecord]):
         self._added: dict[str, ModuleRecord] = {}
 
     def add(self, record: ModuleRecord) -> None:
-        """Add a module of a rack in Python; ValueError if another module has its name."""
+        """Add the module of a rack built in Python; raise ValueError if another module has its name."""
         if record.name not in self:
             self._added[record.name] = record
         elif self[record.name] is not record:
@@ -111,7 +111,7 @@ def words_of(module: str, options: Options) -> ModuleWords:
 
 
 def live_port(module: str, live: LivePort | None, port: str, address: int | None) -> LivePort:
-    """Return the live port of a module after a check of port and address.
+    """Check the port and address, and return the live port of a module.
 
     Args:
         port: a serial device, or tcp:HOST:PORT.

@@ -1,4 +1,4 @@
-"""The rack's tags over EtherNet/IP (as a CompactLogix) and Modbus: bytes in, bytes out, no sockets.
+"""The rack's tags over EtherNet/IP (as a CompactLogix) and Modbus, as bytes in and out, without sockets.
 
 | file | contents |
 |---|---|
@@ -18,5 +18,5 @@
 | `setup.py` | tags and settings of a server; the sessions of each protocol |
 
 A packet is processed twice. The first pass records its reads and writes (`Plan`). The scan process carries
-them out between two scans. The second pass makes the reply from the results (`Instant`).
+them out between two scans. The second pass builds the reply from the results (`Instant`).
 """

@@ -1,4 +1,4 @@
-"""Connections: forward open and close [ODVA volume 1, 3-5.5]."""
+"""Opening and closing of connections with Forward Open and Forward Close [ODVA volume 1, 3-5.5]."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from scanrack.io_images.enip.paths import Path, parse_path
 from .router import OWN_ROUTE, refused
 
 CONNECTIONS_MOST = 16
-"""Maximum connections of a client."""
+"""Maximum number of connections per client."""
 
 _PATH = Path({"class": MANAGER, "instance": 1})
 _SERVICES = (OPEN, LARGE_OPEN, CLOSE)
@@ -61,13 +61,13 @@ class ForwardOpen(NamedTuple):
     path: bytes
 
     def reply(self, own_id: int) -> bytes:
-        """Return the data of the reply, with the number of the connection in packets to this server."""
+        """Return the reply data, with the connection number that packets to this server must carry."""
         intervals_us = self.to_target.interval_us, self.to_client.interval_us
         return struct.pack("<IIHHIIIBB", own_id, self.client_id, *self.triad, *intervals_us, 0, 0)
 
 
 def forward_open_in(data: bytes, *, large: bool) -> ForwardOpen:
-    """Return the request in the data of a Forward Open, or of a Large Forward Open; refused if too short."""
+    """Return the request in the data of a (Large) Forward Open; refuse data that is too short."""
     form = _LARGE_OPEN if large else _SMALL_OPEN
     if len(data) < form.size or len(data) < form.size + 2 * data[form.size - 1]:
         raise CipRefusedError(TOO_SHORT)
@@ -102,12 +102,12 @@ class Connections:
         self._numbers = count(_FIRST_ID)
 
     def get(self, own_id: int) -> Connection | None:
-        """Return a connection by the number that this server assigned."""
+        """Return the connection with a number that this server assigned, or None."""
         return self._open.get(own_id)
 
     @staticmethod
     def accepts(request: bytes) -> bool:
-        """Whether a request opens or closes a connection."""
+        """Return whether a request opens or closes a connection."""
         if len(request) < 2 or request[0] not in _SERVICES:
             return False
         try:  # the path is parsed, since EIPScanner names the object by 16-bit segments

@@ -1,4 +1,4 @@
-"""PCCC: the data files of SLC 500 and MicroLogix, by Execute PCCC [1770-RM516, chapter 7].
+"""Access to the data files of SLC 500 and MicroLogix by Execute PCCC [1770-RM516, chapter 7].
 
 requester  length, vendor u16, serial number u32
 command    CMD 0F, STS 00, TNS u16, FNC
@@ -35,18 +35,18 @@ TYPES: Mapping[str, tuple[int, ...]] = {
     "A": (0x8E,),
     "L": (0x91,),
 }
-"""Types of files in messages, by letters; the directory shows the last type."""
+"""File types in messages, by file letters; the directory shows the last type."""
 
 WORDS: Mapping[str, int] = {"T": 3, "C": 3, "R": 3, "F": 2, "L": 2, "ST": 42}
-"""Words of an element; files of other types have one word."""
+"""Words per element; elements of other file types have one word."""
 
 FIXED = {"O": 0, "I": 1, "S": 2}
-"""Files with a fixed number."""
+"""Files whose number is fixed."""
 
 READS, TYPED, MASKED = (0xA1, 0xA2), (0xA2, 0xAA, 0xAB), 0xAB
 FUNCTIONS = (0xA1, 0xA2, 0xA9, 0xAA, 0xAB)
 DATA_MOST = 236
-"""Maximum bytes of data in a message."""
+"""Maximum number of data bytes in a message."""
 
 ILLEGAL, EXTENDED = 0x10, 0xF0
 ADDRESS, TOO_BIG, READ_ONLY, NO_FILE = 0x06, 0x0A, 0x0B, 0x50
@@ -54,7 +54,7 @@ _REPLY = 0x40
 _WHOLE_FILE, _DIAGNOSTIC = 0x0F, 0x06
 
 PROCESSOR = "1764-LRP"
-"""Processor in the diagnostic status; clients choose the form of the directory by it."""
+"""Processor named in the diagnostic status, from which clients choose the directory format."""
 
 _NAME = re.compile(r"(?P<letters>[A-Z]{1,2})(?::(?P<slot>\d+)|(?P<number>\d*))")
 
@@ -64,7 +64,7 @@ _LADDERS_AT, _FILES_AT, _ROWS_AT, _ROW_BYTES, _GAP = 46, 52, 233, 10, 0x81
 
 
 class PcccRefusedError(ValueError):
-    """A command that gets an error status."""
+    """A command that is answered with an error status."""
 
     def __init__(self, status: int, extended: int | None = None) -> None:
         super().__init__(f"STS {status:02X}h")
@@ -72,7 +72,7 @@ class PcccRefusedError(ValueError):
 
 
 class Run(NamedTuple):
-    """Successive bytes of a message that are successive in the tag."""
+    """Successive bytes of a message that are also successive in the tag."""
 
     message_offset: int
     tag_offset: int
@@ -80,7 +80,7 @@ class Run(NamedTuple):
 
 
 class DataFile:
-    """A file: bytes of a tag in PCCC's layout, where the characters of texts are swapped in pairs."""
+    """A file: a tag's bytes in PCCC layout, which swaps the characters of texts in pairs."""
 
     def __init__(self, letters: str, symbol: Symbol) -> None:
         self.letters, self._symbol = letters, symbol
@@ -89,7 +89,7 @@ class DataFile:
         self._tag_element = symbol.tag.element  # bytes of an element in the tag
 
     def runs(self, start: int, size: int) -> list[Run]:
-        """Return the runs of bytes from a byte of the file on."""
+        """Return the runs of `size` bytes of the file, beginning at byte `start`."""
         if self.letters != "ST":
             is_same_layout = self._tag_element == self.element
             return [Run(0, start, size)] if is_same_layout else self._by_element(start, size)
@@ -105,7 +105,7 @@ class DataFile:
         return runs
 
     def _text_offset(self, position: int) -> int:
-        """Return the byte of the tag at a byte of the file: LEN has four bytes there and one word here."""
+        """Return a file byte's position in the tag, where LEN has four bytes instead of one word."""
         number, byte_offset = divmod(position, self.element)
         return number * self._tag_element + (byte_offset if byte_offset < 2 else 4 + (byte_offset - 2 ^ 1))
 
@@ -117,7 +117,7 @@ class DataFile:
         return b"".join(raw[offset - first_byte :][:length] for _, offset, length in runs)
 
     def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
-        """Write the bits of a mask in bytes of the file, as one write."""
+        """Write the bits in a mask to bytes of the file, as one write."""
         runs = self.runs(start, len(data))
         first_byte, end_byte = _bounds(runs)
         new_bytes, keep_mask = bytearray(end_byte - first_byte), bytearray(b"\xff" * (end_byte - first_byte))
@@ -136,7 +136,7 @@ class DataFile:
 
 
 def _bounds(runs: list[Run]) -> tuple[int, int]:
-    """Return the first byte of the tag in runs and the byte after the last."""
+    """Return the first byte of the tag in runs, and the byte after the last one."""
     return min(run.tag_offset for run in runs), max(run.tag_offset + run.length for run in runs)
 
 
@@ -198,7 +198,7 @@ class DataFiles:
         return b""
 
     def _locate(self, number: int, file_type: int, element: int, sub_element: int) -> tuple[DataFile, int]:
-        """Return the file at an address and the byte in the file."""
+        """Return the file at an address, and the byte in that file."""
         image = self._images.get((number, element))
         if image is not None and file_type in TYPES[image.letters]:
             return image, 2 * sub_element
@@ -238,7 +238,7 @@ class DataFiles:
         return directory[start : start + size]
 
     def _directory(self) -> bytes:
-        """Return the directory of files: a row for each file number, with type and size in bytes."""
+        """Return the file directory, with a row for each file number: its type and size in bytes."""
         types_and_sizes = {
             number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()
         }
@@ -255,7 +255,7 @@ class DataFiles:
 
 
 def _field(data: bytes, offset: int) -> tuple[int, int]:
-    """Return an address field and the offset after it; a field is a byte, or FF and a word."""
+    """Return an address field and the offset after it; a field is one byte, or FF followed by a word."""
     if data[offset] == 0xFF:
         return struct.unpack_from("<H", data, offset + 1)[0], offset + 3
     return data[offset], offset + 1

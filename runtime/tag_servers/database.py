@@ -34,10 +34,10 @@ from scanrack.io_images.enip.paths import PROGRAM, Instance, PathStep, steps_of
 from .templates import Templates
 
 READ_WRITE, READ_ONLY = 0, 2
-"""External Access in a listing."""
+"""Values of External Access in a listing."""
 
 PROGRAM_CODE = 0x1068
-"""Type of a program in the listing of the controller."""
+"""Type code of a program in the controller's listing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class Target:
 
 
 class Writable:
-    """Tags that clients may write, by patterns: `Run`, `Recipe.*`, `Local:1:O.Data`, `Program:Main.*`.
+    """Tags that clients may write, as patterns: `Run`, `Recipe.*`, `Local:1:O.Data`, `Program:Main.*`.
 
     A pattern matches a name and everything below it. Clients may write a whole structure if they may write
     all its members.
@@ -81,18 +81,18 @@ class Writable:
         )
 
     def matches(self, name: str) -> bool:
-        """Whether a pattern matches a name without subscripts, or one of its parents."""
+        """Return whether a pattern matches a name without subscripts, or one of its parents."""
         return self._expression.match(name) is not None
 
     def __call__(self, name: str, kind: Kind) -> bool:
-        """Whether clients may write all bytes under a name without subscripts."""
+        """Return whether clients may write all bytes under a name without subscripts."""
         if self.matches(name):
             return True
         members = _visible_members(kind)
         return bool(members) and all(self(f"{name}.{member.name}", member.kind) for member in members)
 
     def any_of(self, name: str, kind: Kind) -> bool:
-        """Whether clients may write any byte under a name."""
+        """Return whether clients may write any byte under a name."""
         if self(name, kind):
             return True
         return any(self.any_of(f"{name}.{member.name}", member.kind) for member in _visible_members(kind))
@@ -146,7 +146,7 @@ class Database:
         self.templates.code_of(tag.kind)
 
     def _add_alias(self, alias: ListedAlias) -> None:
-        """Add an alias; an alias of a tag that clients can't see is left out."""
+        """Add an alias, unless clients can't see its tag."""
         try:
             steps = tuple(steps_of(alias.target))
             symbol, steps_below = self._resolve_symbol(steps)
@@ -157,7 +157,7 @@ class Database:
         self._add(symbol.index, tag, steps)
 
     def rows(self, scope: str) -> list[Row]:
-        """Return the lines of a scope, programs first; refused for an unknown scope."""
+        """Return the lines of a scope, programs first; refuse an unknown scope."""
         key = scope.upper()
         if key not in self.scopes:
             raise CipRefusedError(UNKNOWN_OBJECT)
@@ -187,16 +187,16 @@ class Database:
             raise CipRefusedError(NO_PRIVILEGE)
 
     def may_write(self, tag: ListedTag, name: str, kind: Kind) -> bool:
-        """Whether the rack lists a name as writable, and the tag's external access allows writing."""
+        """Return whether the rack lists a name as writable and the tag's external access allows writing."""
         return tag.access is ExternalAccess.READ_WRITE and self.writable(name, kind)
 
     def resolve(self, steps: Sequence[PathStep]) -> Target:
-        """Return the target of a path; refused if the target does not exist."""
+        """Return the target of a path; refuse a path whose target does not exist."""
         symbol, steps_below = self._resolve_symbol(steps)
         return _Walk(symbol, steps_below).target()
 
     def _resolve_symbol(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
-        """Return the tag at the start of a path and the steps below it; resolve aliases."""
+        """Return the tag at the start of a path, with aliases resolved, and the steps below the tag."""
         scope, steps_left = "", list(steps)
         first_step = steps_left[0] if steps_left else ""
         if isinstance(first_step, str) and first_step.lower().startswith(PROGRAM.lower()):
@@ -239,12 +239,12 @@ class _Walk:
         self._name = tag.path
 
     def end(self) -> tuple[Kind, tuple[int, ...]]:
-        """Return type and dimensions at the end of the path."""
+        """Return the type and the dimensions at the end of the path."""
         self.target()
         return self._kind, self._dims
 
     def target(self) -> Target:
-        """Return the bytes at the end of the path; refused if a step names nothing."""
+        """Return the bytes at the end of the path; refuse a step that does not exist."""
         while True:
             count, is_single = self._subscripts()
             if not self._steps:

@@ -1,4 +1,4 @@
-"""A networked drive on EtherNet/IP: objects, and the class 1 connection that owns it [EDS; R-22, R-35].
+"""A networked drive on EtherNet/IP: its objects, and the class 1 connection that owns it [EDS; R-22, R-35].
 
     assembly 150   ten output words, after a 32-bit run/idle header in the packets to the drive
     assembly 100   ten input words
@@ -6,7 +6,8 @@
                    current, current
 
 The connection is exclusive. Packets that are late or repeat earlier ones are dropped. After Forward Close, or
-after the time-out without a packet, the drive loses its controlling connection. No sockets, no clock.
+after a time-out without packets, the drive loses its controlling connection. The adapter uses no sockets and
+no clock.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ RPI_US = (1_000, 3_200_000)
 """Minimum and maximum requested packet interval."""
 
 TO_TARGET_BYTES, TO_ORIGINATOR_BYTES = 2 + 4 + 2 * WORDS, 2 + 2 * WORDS
-"""Sizes in an open request: sequence count, run/idle header, words."""
+"""Sizes in an open request, which include the sequence count, the run/idle header and the words."""
 
 FIRST_PACKET_NS = 10_000_000_000
 """Minimum time-out before the first packet."""
@@ -78,12 +79,12 @@ _OWNED = 1
 
 @dataclass(slots=True)
 class IoConnection:
-    """The open connection; instants are of the wall clock.
+    """The open connection; instants are in wall-clock time.
 
     Attributes:
-        own_id: number of the connection in packets to the drive.
-        client_id: number of the connection in packets to the owner.
-        destination: address and port of the owner for its packets.
+        own_id: connection number in packets to the drive.
+        client_id: connection number in packets to the owner.
+        destination: address and port to which packets to the owner are sent.
         receive_interval_ns: time between packets to the drive.
         send_interval_ns: time between packets to the owner.
         due_ns: instant of the next packet to the owner.
@@ -91,7 +92,7 @@ class IoConnection:
         sent_count: number of packets to the owner.
         received_count: count in the latest packet to the drive.
         received_ns: instant of the latest packet to the drive.
-        sequence: sequence count of its data.
+        sequence: sequence count of the data in that packet.
     """
 
     own_id: int
@@ -109,7 +110,7 @@ class IoConnection:
     sequence: int | None = None
 
     def accepts(self, packet: IoPacket) -> bool:
-        """Whether a packet belongs to this connection, is complete, and is newer than the latest one."""
+        """Return whether a packet belongs to this connection, is complete, and is newer than the last."""
         if packet.connection != self.own_id or len(packet.data) != TO_TARGET_BYTES - 2:
             return False
         return self.received_count is None or 0 < packet.count - self.received_count & 0xFFFF_FFFF < 1 << 31
@@ -124,8 +125,9 @@ class DriveAdapter:
         address: IPv4 address of the server.
         opened: whether the latest request opened a connection.
         used: whether any request has opened a connection.
-        late_received: packets from owners that came more than two intervals after the previous packet.
-        late_sent: packets to owners that were sent one or more intervals after they were due.
+        late_received: number of packets from owners that came more than two intervals after the previous
+            packet.
+        late_sent: number of packets to owners that were sent one or more intervals after they were due.
     """
 
     def __init__(self, drive: DriveUnit) -> None:
@@ -146,7 +148,7 @@ class DriveAdapter:
     # -- explicit requests ----------------------------------------------------------------------
 
     def answer(self, request: bytes, _snapshot: TagSnapshot, most: int, _depth: int = 0) -> bytes:
-        """Return the reply of at most `most` bytes: service, status, data."""
+        """Return the reply (service, status, data), which has at most `most` bytes."""
         service = request[0] if request else 0
         try:
             return replied(service, self._serve(service, parse_path(split(request)[0])), most)
@@ -187,10 +189,10 @@ class DriveAdapter:
         """Open a connection; return the reply's data.
 
         Args:
-            destination: address and port of the originator for its packets.
+            destination: address and port to which packets to the originator are sent.
 
         Raises:
-            CipRefusedError: the request is refused; nothing has changed.
+            CipRefusedError: the request is refused, and nothing has changed.
         """
         path, to_target, to_client = io_path(request.path), request.to_target, request.to_client
         self._check_path(path)
@@ -254,7 +256,7 @@ class DriveAdapter:
             raise CipRefusedError(NO_CONNECTION, PRODUCED_PATH)
 
     def _configure(self, data: bytes) -> None:
-        """Apply the configuration of an open request; an invalid one sets the drive's configuration error."""
+        """Apply the configuration in an open request; if invalid, set the drive's configuration error."""
         word_0, word_1, start, *settings = _SETTINGS.unpack(data)
         upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
         words = (word_0 | 0x8000, word_1, upper & 0xFFFF, lower, settings[0], 0, *settings[1:], 0)
@@ -262,7 +264,7 @@ class DriveAdapter:
         self.drive.obey((0,) * WORDS)
 
     def close(self, triad: Triad) -> bool:
-        """Close the connection if it has this triad; return whether it was closed."""
+        """Close the connection if it has the given triad; return whether it was closed."""
         if self.io is None or self.io.triad != triad:
             return False
         self.end()
@@ -293,7 +295,7 @@ class DriveAdapter:
         self.drive.obey(words)
 
     def due(self, wall_ns: int) -> tuple[bytes, tuple[str, int]] | None:
-        """Return the packet that is due and its destination, or None; end a silent connection."""
+        """Return the packet that is due and its destination, or None; end a timed-out connection."""
         io = self.io
         if io is None:
             return None
@@ -317,7 +319,7 @@ class DriveAdapter:
 
 
 class DriveConnections(Connections):
-    """The connections of one client: explicit connections, and the class 1 connection that owns the drive."""
+    """One client's connections: explicit connections, and the class 1 connection that owns the drive."""
 
     def __init__(self, adapter: DriveAdapter, host: str) -> None:
         super().__init__()
@@ -354,7 +356,7 @@ class DriveSession(ClientSession):
         super().__init__(adapter, address, port, self._drive_connections)
 
     def answer_at(self, packet: Frame, snapshot: TagSnapshot, wall_ns: int) -> bytes:
-        """Return the answer to a packet at an instant of the wall clock; b"" for a packet without an answer.
+        """Return the reply to a packet at a wall-clock time, or b"" if the packet needs no reply.
 
         Raises:
             BrokenClientError: the client ends its session.

@@ -1,10 +1,10 @@
-"""Operations of packets, and their results, as bytes between the server's process and the scan process.
+"""Operations of packets and their results, as bytes sent between the server process and the scan process.
 
     request    version u32, packets u16; per packet: client's address, operations u16
     operation  kind u8 (read, write, masked write), tag u32, offset u32, size u32; data, mask of bits to keep
     reply      version u32, now_ns u64; per operation size u32, bytes; size FFFFFFFF: refused
 
-After an edit of the program, a request of the previous version gets only the head of a reply.
+After an edit of the program, a request from the previous version gets only the head of a reply.
 """
 
 from __future__ import annotations

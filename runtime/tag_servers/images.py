@@ -1,4 +1,4 @@
-"""The images of modules as tags: `Local:1:I` of a CompactLogix, `I:1` of an SLC program."""
+"""The images of modules as tags, such as `Local:1:I` on a CompactLogix or `I:1` in an SLC program."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FAULT_BYTES = 4
 
 GENERIC, PROFILE_3601 = "generic", "3601"
 PROFILES = (GENERIC, PROFILE_3601)
-"""Profiles: each names the members of `Local:n:I` differently."""
+"""Profiles, each of which names the members of `Local:n:I` differently."""
 
 _WORD = re.compile(
     r"Local:(?P<slot>\d+):(?P<direction>[IO])\.Data(?:\[(?P<word>\d{1,3})\])?(?:\.(?P<bit>\d{1,2}))?",
@@ -69,12 +69,12 @@ _INPUTS_3601 = StructuredKind(
         *(Part(f"Data{word}", INT, (), FAULT_BYTES + 2 * word) for word in range(1, WORDS)),
     ),
 )
-"""Data type of an input image of eight words in the 3601 profile."""
+"""Data type of an eight-word input image in the 3601 profile."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImagePlace:
-    """A place in the words of a module."""
+    """A word or bit in an image of a module."""
 
     slot: int
     output: bool
@@ -102,7 +102,7 @@ def image_tags(
 
 
 def _has_profile(words: ModuleWords, profile: str) -> bool:
-    """Whether the input image of a module has the 3601 profile; other modules have the generic profile."""
+    """Return whether a module's input image has the 3601 profile; otherwise it has the generic profile."""
     return profile == PROFILE_3601 and len(words.inputs) == WORDS
 
 
@@ -117,7 +117,7 @@ def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str
 
 
 def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) -> str:
-    """Return the address of a word or bit in the tags of images; return other addresses unchanged.
+    """Return an image's word or bit as an address in the image tags; return other addresses unchanged.
 
     >>> slots = {1: PLAIN_WORDS, 2: PLAIN_WORDS}
     >>> part_of_image("Local:2:I.Data.20", slots, GENERIC)
@@ -141,7 +141,7 @@ def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) 
 
 
 def output_slot(tag: str) -> int | None:
-    """Return the slot of an output image by its tag name; None for another tag.
+    """Return the slot of an output image by its tag name, or None for any other tag.
 
     >>> output_slot("Local:1:O"), output_slot("O:2"), output_slot("Local:1:I"), output_slot("Run")
     (1, 2, None, None)
@@ -156,7 +156,7 @@ def _image_part(name: str, *, output: bool) -> Part | None:
 
 
 def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
-    """Return the place that a path names in a module of eight words; None for another path.
+    """Return the word or bit that a path names in a module with eight words, or None for any other path.
 
     >>> image_place(["Local:1:I", "Data", 3]), image_place(["Local:2:I", "ModuleOK"])
     (ImagePlace(slot=1, output=False, offset=6, bit=None), ImagePlace(slot=2, output=False, offset=1, bit=6))

@@ -1,4 +1,4 @@
-"""Parts of arrays and texts by the index ranges of OPC UA: `5`, `2:5`, `1:2,0:1` [OPC UA part 4, 7.27].
+"""Parts of arrays and texts by OPC UA index ranges: `5`, `2:5`, `1:2,0:1` [OPC UA part 4, 7.27].
 
 array of DINT[10]     "3"         the list of one element
                       "3:5"       three elements
@@ -18,15 +18,15 @@ from typing import Any
 _BOUNDS = re.compile(r"([0-9]{1,20})(?::([0-9]{1,20}))?")
 
 DIMENSIONS_MOST = 32
-"""Maximum dimensions of a range."""
+"""Maximum number of dimensions of a range."""
 
 
 class NoDataError(ValueError):
-    """A well-formed range without data."""
+    """A well-formed range that contains no data."""
 
 
 class MismatchError(ValueError):
-    """A value that has another size than the range to write."""
+    """A value whose size differs from the range to write."""
 
 
 def parse_ranges(text: str) -> list[range]:
@@ -45,7 +45,7 @@ def parse_ranges(text: str) -> list[range]:
 
 
 def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
-    """Return a part of a value; an upper bound beyond the value means the end of the value.
+    """Return part of a value; an upper bound beyond the value means the end of the value.
 
     >>> part_of([[1, 2, 3], [4, 5, 6]], parse_ranges("1,1:9"), 2)
     [[5, 6]]
@@ -81,7 +81,7 @@ def _elements(values: Any, ranges: Sequence[range], characters: range | None) ->
 
 
 def _characters(text: Any, characters: range) -> Any:
-    """Return characters of an element; None if the element is shorter."""
+    """Return characters of an element, or None if the element is too short."""
     if text is not None and not isinstance(text, str | bytes):
         raise NoDataError("it is not a text")
     return (text or "")[characters.start : characters.stop] or None

@@ -1,4 +1,4 @@
-"""A tag in the map of coils and registers: its values as words and bits."""
+"""A tag in the map of coils and registers, with its values as words and bits."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class MappedTag:
 
     @property
     def size(self) -> int:
-        """Bytes of a value."""
+        """Number of bytes of a value."""
         return self.target.kind.size
 
     @property
@@ -70,7 +70,7 @@ class MappedTag:
         return self._in_word_order(unpack(f"<{len(data) // 2}H", data))
 
     def to_bytes(self, words: Sequence[int]) -> bytes:
-        """Return registers as values; refused if a value does not fit."""
+        """Return registers as values; refuse a value that does not fit."""
         if self.size > 1:
             return pack(f"<{len(words)}H", *self._in_word_order(words))
         signed = self.target.kind == SINT
@@ -109,7 +109,7 @@ class MappedTag:
         return words[begin : begin + count]
 
     def write_of_words(self, register: int, words: Sequence[int]) -> WriteBytes:
-        """Return the write of registers; refused for a part of a value."""
+        """Return the operation that writes registers; refuse to write part of a value."""
         if register % self.words or len(words) % self.words:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
         offset, _ = self.values_at(register, len(words))
@@ -125,7 +125,7 @@ class MappedTag:
         return [bool(data >> index & 1) for index in range(count)]
 
     def write_of_bits(self, coil: int, bits: Sequence[bool]) -> WriteBytes:
-        """Return the write of coils."""
+        """Return the operation that writes coils."""
         if self.target.kind == BOOL and self.target.bit is None:  # the bit has a byte of its own
             return WriteBytes(self.target.symbol.index, self.target.offset, bytes(bits))
         return bits_to_write(self.target.symbol.index, self.first_bit + coil, bits)

@@ -1,4 +1,4 @@
-"""A TCP connection of a Modbus client: frames in, replies out; any unit number is valid."""
+"""A Modbus client's TCP connection, with frames in and replies out; any unit number is valid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Suggests the closest tag names for an unknown name in a rack file."""
+"""Suggestions of the closest tag names for an unknown name in a rack file."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from scanrack.io_images.enip.listing import Kind, PlainKind
 from .database import Database, Writable
 
 NAMES_MOST, NEAREST_MOST = 20_000, 3
-"""Maximum number of compared names, and of suggested names."""
+"""Maximum numbers of names compared and names suggested."""
 
 
 def nearest(database: Database, name: str) -> str:
-    """Return `: did you mean Run, Runs?`, or "" without a similar name."""
+    """Return a text such as `: did you mean Run, Runs?`, or "" if no name is similar."""
     names = {tag_name.upper(): tag_name for tag_name in islice(_names(database), NAMES_MOST)}
     close_names = [names[upper_name] for upper_name in get_close_matches(name.upper(), names, NEAREST_MOST)]
     return f": did you mean {', '.join(close_names)}?" if close_names else ""
 
 
 def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
-    """Return a sentence for each pattern of `[server] writable` that matches no tag and no member.
+    """Return a sentence for each pattern in `[server] writable` that does not match any tag or member.
 
-    An alias is a problem, since access belongs to tags; the sentence names its tag.
+    A pattern that names an alias is also reported, because access belongs to tags; its sentence names the
+    tag.
     """
     symbols = [symbol for scope in database.scopes.values() for symbol in scope]
     problems = []

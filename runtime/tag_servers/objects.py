@@ -38,12 +38,12 @@ from .tag_services import HEAD_BYTES, Answer
 from .tag_snapshot import TagSnapshot
 
 ATTRIBUTES_MOST = 32
-"""Maximum attributes that a request may name."""
+"""Maximum number of attributes that a request may name."""
 
 SET_LIST = 4
 
 _VENDOR, _DEVICE, _PRODUCT, _REVISION, _STATUS, _SERIAL = 1, 0x0E, 107, (33, 11), 0x3060, 0x5CA9_9ACC
-"""Clients look for a Rockwell controller; the product's name says scanrack."""
+"""Identity values of a Rockwell controller, which clients look for; the product name is scanrack."""
 
 EPOCH = datetime(1970, 1, 1)
 _CONTROLLER = (_VENDOR, _DEVICE, _PRODUCT, *_REVISION)
@@ -150,7 +150,7 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
 
 
 class Lister:
-    """Lists the tags of a database in parts."""
+    """A service that lists the tags of a database in parts."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -201,7 +201,7 @@ _ATTRIBUTES: Mapping[int, Callable[[Row], bytes]] = {
     8: lambda row: struct.pack("<III", *(*row.dims, 0, 0, 0)[:3]),
     10: lambda row: bytes([row.access]),
 }
-"""Attributes of a symbol."""
+"""Functions that return a symbol's attributes, by attribute number."""
 
 
 def _line(row: Row, numbers: tuple[int, ...]) -> bytes:
@@ -209,7 +209,7 @@ def _line(row: Row, numbers: tuple[int, ...]) -> bytes:
 
 
 def answer_template(database: Database, service: int, path: Path, data: bytes, most: int) -> Answer:
-    """Answer a request for attributes of a template, or for a part of its definition."""
+    """Answer a request for attributes of a template, or for part of its definition."""
     template = database.templates.by_number.get(path.numbers.get("instance", 0))
     if template is None:
         raise CipRefusedError(UNKNOWN_OBJECT)

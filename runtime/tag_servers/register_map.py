@@ -1,4 +1,4 @@
-"""Tags as Modbus coils and registers, by the map of a rack file [Modbus V1.1b3, chapter 6].
+"""Tags as Modbus coils and registers, according to the map in a rack file [Modbus V1.1b3, chapter 6].
 
 | function | effect |
 |---|---|
@@ -70,8 +70,8 @@ class RegisterMap:
         table: the map in the rack file.
 
     Attributes:
-        problems: a sentence for each row that is left out: its tag is unknown or can't be in the table, or
-            one of its addresses already has a tag.
+        problems: a sentence for each row that is skipped because its tag is unknown or can't be in the table,
+            or because one of its addresses already has a tag.
     """
 
     def __init__(self, database: Database, table: ModbusTable) -> None:
@@ -153,7 +153,7 @@ class RegisterMap:
     def write_and_read(
         self, request: words.ReadWriteMultipleRegistersRequest, snapshot: TagSnapshot
     ) -> ModbusPDU:
-        """Write registers, then read some."""
+        """Write registers, and then read registers."""
         span = request.read_address, request.read_count
         self._rows_at(HOLDING_REGISTERS, *span)  # an invalid read must refuse the request before the write
         self._write(HOLDING_REGISTERS, request.write_address, request.write_registers, snapshot)
@@ -161,7 +161,7 @@ class RegisterMap:
         return words.ReadWriteMultipleRegistersResponse(registers=registers)
 
     def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
-        """Write coils or registers; refused before the first write if clients may not write one of them."""
+        """Write coils or registers; if clients may not write one of them, refuse before the first write."""
         changes, index = [], 0
         for row, offset, item_count in self._writable_rows_at(table, first, len(values)):
             row_values, index = values[index : index + item_count], index + item_count
@@ -174,7 +174,7 @@ class RegisterMap:
             snapshot.write(change)
 
     def _writable_rows_at(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
-        """Return the rows at addresses, see `_rows_at`; refused if clients may not write one of the rows."""
+        """Return the rows at addresses (see `_rows_at`); refuse if clients may not write one of them."""
         rows = []
         for row, offset, item_count in self._rows_at(table, first, count):
             if isinstance(row, Gap) or not row.writable:
@@ -183,7 +183,7 @@ class RegisterMap:
         return rows
 
     def _rows_at(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
-        """Return the rows at addresses, each with its first coil or register and their number."""
+        """Return the rows at addresses, each with its first coil or register and the number of them."""
         cells, filled_to, rows = self._cells[table], self._filled_to[table], []
         address, end_address = first, first + count
         while address < end_address:
@@ -197,7 +197,7 @@ class RegisterMap:
 
 
 def _confirmation(request: ModbusPDU) -> ModbusPDU:
-    """Return the reply to a write: the request for one value, address and count for several values."""
+    """Return the reply to a write, which is the request for one value, or address and count for several."""
     replies = {0x0F: bits.WriteMultipleCoilsResponse, 0x10: words.WriteMultipleRegistersResponse}
     make_reply = replies.get(request.function_code)
     return request if make_reply is None else make_reply(address=request.address, count=request.count)
@@ -226,7 +226,7 @@ _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] =
 
 
 def decoded(pdu: bytes) -> ModbusPDU:
-    """Return a request, or the exception to reply with.
+    """Return a decoded request, or the exception to reply with.
 
     Args:
         pdu: function code and data, at least one byte.

@@ -1,4 +1,4 @@
-"""Requests to objects, batches of them, and routes [ODVA volume 1, chapters 2 and 3; 1756-PM020]."""
+"""Requests to objects, batches of requests, and routes [ODVA volume 1, chapters 2 and 3; 1756-PM020]."""
 
 from __future__ import annotations
 
@@ -54,10 +54,10 @@ DEEPEST = 2
 """Maximum nesting of batches and routed requests."""
 
 BATCH_MOST = 200
-"""Maximum requests in a batch."""
+"""Maximum number of requests in a batch."""
 
 PATHS_KEPT = 4096
-"""Maximum paths whose targets are cached: most clients repeat the same requests."""
+"""Maximum number of paths whose targets are cached, because most clients repeat the same requests."""
 
 OWN_ROUTE = (1, 0)
 """Port and slot of the controller on its backplane."""
@@ -66,7 +66,7 @@ _CLASSES = (ROUTER, MANAGER, SYMBOL, PROGRAM_NAME, PCCC)
 
 
 class Router:
-    """Answers requests to the objects of a controller.
+    """A router that answers requests to the objects of a controller.
 
     Args:
         name: name of the program.
@@ -102,7 +102,7 @@ class Router:
         }
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
-        """Return the reply of at most `most` bytes: service, status, data."""
+        """Return the reply (service, status, data), which has at most `most` bytes."""
         service = request[0] if request else 0
         try:
             path_bytes, data = split(request)
@@ -186,7 +186,7 @@ def check_route(data: bytes) -> None:
 
 
 def split(request: bytes) -> tuple[bytes, bytes]:
-    """Return the path and the data of a request; refused if the request is too short."""
+    """Return the path and the data of a request; refuse a request that is too short."""
     if len(request) < 2 or len(request) < 2 + 2 * request[1]:
         raise CipRefusedError(TOO_SHORT)
     end = 2 + 2 * request[1]
@@ -194,7 +194,7 @@ def split(request: bytes) -> tuple[bytes, bytes]:
 
 
 def replied(service: int, answer: Answer, most: int) -> bytes:
-    """Return the reply to a request; refused if the reply has more than `most` bytes."""
+    """Return the reply to a request; refuse a reply longer than `most` bytes."""
     status, data = answer
     if HEAD_BYTES + len(data) > most:
         raise CipRefusedError(TOO_LARGE)
@@ -202,7 +202,7 @@ def replied(service: int, answer: Answer, most: int) -> bytes:
 
 
 def refused(service: int, refusal: CipRefusedError, most: int) -> bytes:
-    """Return the reply to a refused request; an extended status that does not fit is left out."""
+    """Return the reply to a refused request, without the extended status if that does not fit."""
     extra_words = refusal.more if HEAD_BYTES + 2 * len(refusal.more) <= most else ()
     return bytes((service & 0x7F | 0x80, 0, refusal.status, len(extra_words))) + struct.pack(
         f"<{len(extra_words)}H", *extra_words

@@ -1,4 +1,4 @@
-"""A TCP connection: frames of the encapsulation, one session, its connections [ODVA volume 2, chapter 2]."""
+"""A TCP connection: encapsulation frames, one session and its connections [ODVA volume 2, chapter 2]."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ class Frame:
 
 
 class Objects(Protocol):
-    """Answers requests to objects."""
+    """Objects that answer requests."""
 
     @property
     def identity(self) -> bytes:
         """All attributes of the identity object."""
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
-        """Return the reply of at most `most` bytes: service, status, data."""
+        """Return the reply (service, status, data), which has at most `most` bytes."""
 
 
 class ClientSession:
@@ -124,7 +124,7 @@ class ClientSession:
         return self._cached_plan
 
     def reply(self, packet: Frame, snapshot: TagSnapshot) -> bytes:
-        """Return the answer to a packet; b"" for a packet without an answer.
+        """Return the reply to a packet, or b"" if the packet needs no reply.
 
         Raises:
             BrokenClientError: the client ends its session.
@@ -139,7 +139,7 @@ class ClientSession:
         return self._handle != 0 and packet.session == self._handle
 
     def _answer(self, packet: Frame, snapshot: TagSnapshot) -> tuple[int, bytes]:
-        """Return status and body; a negative status for no answer."""
+        """Return the status and body of the reply; a negative status means no reply."""
         if packet.command == REGISTER:
             return self._register(packet.body)
         if packet.command == LIST_IDENTITY:
@@ -191,7 +191,7 @@ class ClientSession:
         return b"" if planning else self._connections.answer(request)
 
     def listed_identity(self) -> bytes:
-        """Return the body of an answer to List Identity."""
+        """Return the body of the reply to List Identity."""
         socket_address = struct.pack(">HH4s8x", 2, self._port, self._address)
         item = struct.pack("<H", 1) + socket_address + self.router.identity + _RUNNING
         return struct.pack("<HHH", 1, 0x0C, len(item)) + item

@@ -28,8 +28,8 @@ class TagSetup:
     """The tags and settings of a server.
 
     Attributes:
-        version: number of the program's edition.
-        writable: patterns of tags that clients may write; none for a read-only server.
+        version: edition number of the program.
+        writable: patterns of tags that clients may write; empty for a read-only server.
         name: name of the rack.
         product: name of the controller.
         address: address of the server, for List Identity.
@@ -66,13 +66,13 @@ class WireSession(Protocol):
     router: Any
 
     def receive(self, data: bytes) -> list[Any]:
-        """Receive bytes; return the complete packets. BrokenClientError ends the connection."""
+        """Receive bytes; return the complete packets. A BrokenClientError ends the connection."""
 
     def plan(self, packet: Any, version: int) -> Plan:
         """Return the operations of a packet, without any effect."""
 
     def reply(self, packet: Any, snapshot: TagSnapshot) -> bytes:
-        """Return the answer to a packet. BrokenClientError ends the connection."""
+        """Return the reply to a packet. A BrokenClientError ends the connection."""
 
 
 class Sessions(Protocol):
@@ -88,12 +88,12 @@ class Sessions(Protocol):
         """Return the session of a new client."""
 
     def datagram(self, data: bytes) -> bytes:
-        """Return the answer to a datagram; b"" for a datagram without an answer."""
+        """Return the reply to a datagram, or b"" if the datagram needs no reply."""
         return b""
 
 
 class EnipSessions(Sessions):
-    """EtherNet/IP."""
+    """The sessions of EtherNet/IP."""
 
     def __init__(self, setup: TagSetup) -> None:
         self.router = Router(setup.database, setup.name, setup.product, setup.address)
@@ -104,7 +104,7 @@ class EnipSessions(Sessions):
         return ClientSession(self.router, self._setup.address, self._setup.port)
 
     def datagram(self, data: bytes) -> bytes:
-        """Return the answer to List Identity; b"" for other datagrams."""
+        """Return the reply to List Identity, or b"" for other datagrams."""
         if len(data) != HEAD.size or int.from_bytes(data[:2], "little") != LIST_IDENTITY:
             return b""
         frame = Frame(LIST_IDENTITY, 0, data[12:20], b"")
@@ -112,7 +112,7 @@ class EnipSessions(Sessions):
 
 
 class ModbusSessions(Sessions):
-    """Modbus TCP."""
+    """The sessions of Modbus TCP."""
 
     def __init__(self, setup: TagSetup) -> None:
         self.router = RegisterMap(setup.database, setup.modbus or ModbusTable())
@@ -126,4 +126,4 @@ SESSIONS: Mapping[str, Callable[[TagSetup], Sessions]] = {
     ETHERNET_IP: EnipSessions,
     MODBUS_TCP: ModbusSessions,
 }
-"""The protocols whose sessions work on bytes, without sockets, by name."""
+"""The session classes of the protocols that work on bytes, without sockets, by name."""

@@ -1,4 +1,4 @@
-"""The list of tags for HMI projects: each value with its type and its address in every protocol.
+"""The list of tags for HMI projects, which has each value with its type and its address in every protocol.
 
 name         type  access      Modbus              OPC UA              EtherNet/IP
 HmiLength    DINT  read/write  holding register 0  ns=2;s=HmiLength    HmiLength
@@ -23,7 +23,7 @@ from .tag_paths import target_of
 from .variables import TagTree, Variable, variables_of
 
 NAMESPACE_INDEX = 2
-"""Index of the tags' namespace at the OPC UA server."""
+"""Index of the tags' namespace on the OPC UA server."""
 
 SINGULAR: Mapping[str, str] = {
     COILS: "coil",
@@ -38,7 +38,7 @@ MapAddresses = dict[str, str]
 """Tag names in the rack file, by Modbus address, as `coil 0`."""
 
 Span = tuple[int, int, int]
-"""Bits of a tag: number of the tag, first bit, number of bits."""
+"""Range of bits in a tag: tag number, first bit, number of bits."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ class TagRow:
     Attributes:
         name: `Recipe.Steps[2].Time`, `Program:Main.Step`.
         type_name: type of an element: `DINT`, `STRING`, ...
-        dims: dimensions; none for a single value.
+        dims: dimensions; empty for a single value.
         writable: whether clients may write the tag.
         description: comment of the tag.
         node: identifier of its OPC UA node; "" for a tag without a node.
-        enip: its name over EtherNet/IP; in a program with data files, an address.
+        enip: its EtherNet/IP name, which is an address in a program with data files.
         in_files: whether `enip` is an address in a data file.
         modbus: its addresses in the map of the rack file, as `coil 0`.
     """
@@ -69,12 +69,12 @@ class TagRow:
 
     @property
     def type(self) -> str:
-        """`DINT`, `INT[3,4]`."""
+        """Type with dimensions, such as `DINT` or `INT[3,4]`."""
         return f"{self.type_name}[{','.join(map(str, self.dims))}]" if self.dims else self.type_name
 
     @property
     def access(self) -> str:
-        """`read/write` or `read only`."""
+        """Access of clients, which is `read/write` or `read only`."""
         return "read/write" if self.writable else "read only"
 
     def elements(self) -> Iterator[TagRow]:
@@ -142,12 +142,12 @@ def _part_row(tag_name: str, target: Target, database: Database, addresses: MapA
 
 
 def _text_of(steps: Sequence[PathStep]) -> str:
-    """Return steps as text."""
+    """Return path steps as text."""
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)[1:]
 
 
 def _addresses_by_span(database: Database, table: ModbusTable | None) -> dict[Span, MapAddresses]:
-    """Return the Modbus addresses in a map, by the bits of the tags."""
+    """Return the Modbus addresses in a map, by the tag bits that they contain."""
     addresses_by_span: dict[Span, MapAddresses] = {}
     for name in TABLES if table is not None else ():
         for row in getattr(table, name):
@@ -167,7 +167,7 @@ def _target_span(target: Target) -> Span:
 
 
 def file_address(path: str) -> str:
-    """Return a path into data files in the notation of SLC and MicroLogix.
+    """Return a data file path in the notation of SLC and MicroLogix.
 
     >>> file_address("N7[3]"), file_address("T4[0].PRE"), file_address("I:1[2]"), file_address("N7")
     ('N7:3', 'T4:0.PRE', 'I:1.2', 'N7')
@@ -182,9 +182,10 @@ def file_address(path: str) -> str:
 
 
 def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the tables `[server]` and `[server.modbus]` of a rack file with a row for each value.
+    """Return tables `[server]` and `[server.modbus]` for a rack file, with a row for each value.
 
-    Writable values become coils and holding registers, the rest discrete inputs and input registers.
+    Writable values become coils and holding registers, and the rest become discrete inputs and input
+    registers.
 
     Args:
         patterns: tags that clients may write.
@@ -214,7 +215,7 @@ def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> st
 
 
 def _assign_addresses(row: TagRow, tables: dict[str, list[str]], free: dict[str, int]) -> bool:
-    """Give a value the next addresses of its table; return False for a text and for a full table."""
+    """Assign the next addresses of its table to a value; return False for a text or a full table."""
     kind, count = PLAIN.get(row.type_name), prod(row.dims)
     if kind is None:
         return False

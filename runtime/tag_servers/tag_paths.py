@@ -16,7 +16,7 @@ _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*(?::\d+(?=[./]))?)[:.](?P<number>\
 
 
 def target_of(database: Database, text: str) -> Target:
-    """Return the target of a name; the target of an array is all elements.
+    """Return the target of a name; the target of an array is all of its elements.
 
     Raises:
         ValueError: the tag, member or element does not exist.
@@ -34,7 +34,7 @@ def target_of(database: Database, text: str) -> Target:
 def _steps(database: Database, text: str) -> list[PathStep]:
     r"""Return the steps of a path.
 
-    An element of a data file is a number after the file, a bit one after `/`: `N7:3`, `I:1.0/14`.
+    An element of a data file is a number after the file, and a bit is a number after `/`: `N7:3`, `I:1.0/14`.
     """
     if database.listing.files and (element := _ELEMENT.match(text)) is not None:
         path_text = text[element.end() :].lstrip("./")

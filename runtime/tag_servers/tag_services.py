@@ -34,14 +34,14 @@ Answer = tuple[int, bytes]
 """General status and data of a reply."""
 
 HEAD_BYTES = 4
-"""Bytes of a reply before its data."""
+"""Number of bytes in a reply before its data."""
 
 MASK_SIZES = (1, 2, 4, 8, 12)
 """Allowed mask sizes of service 4Eh, bytes."""
 
 
 def type_of(database: Database, target: Target) -> bytes:
-    """Return the CIP code of a type; for a structure, its handle."""
+    """Return the CIP code of a target's type; for a structure, this contains its handle."""
     if isinstance(target.kind, PlainKind):
         return target.kind.code.to_bytes(2, "little")
     return struct.pack("<HH", STRUCTURED, database.templates.template_of(target.kind).handle)
@@ -123,7 +123,7 @@ def _total(target: Target, count: int) -> int:
 
 
 def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
-    """Set and clear bits of an integer; `data` has an OR mask, then an AND mask."""
+    """Set and clear bits of an integer; `data` has an OR mask followed by an AND mask."""
     database.refuse_write(target)
     (size,) = struct.unpack_from("<H", data)
     if size not in MASK_SIZES or len(data) < 2 + 2 * size:

@@ -10,7 +10,7 @@ from scanrack.io_images.enip.codes import BAD_VALUE, CipRefusedError
 
 
 class BrokenClientError(ValueError):
-    """Ends a connection after a protocol violation, or at the end of a session."""
+    """A protocol violation, or the end of a session, which ends the connection."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ Operation = ReadBytes | WriteBytes
 
 
 def bits_to_write(tag: int, first: int, bits: Sequence[object]) -> WriteBytes:
-    """Return the write of successive bits; the other bits of the bytes do not change.
+    """Return the operation that writes successive bits; other bits in the same bytes do not change.
 
     Args:
         first: number of the first bit in the tag.
@@ -53,21 +53,21 @@ class TagSnapshot(Protocol):
 
     Attributes:
         now_ns: virtual time.
-        version: number of the program's edition, from 1.
+        version: edition number of the program, from 1.
     """
 
     now_ns: int
     version: int
 
     def read(self, part: ReadBytes) -> bytes:
-        """Return bytes."""
+        """Return bytes of a tag."""
 
     def write(self, change: WriteBytes) -> None:
-        """Write bytes; refused if the rack refuses them."""
+        """Write bytes; refuse them if the rack does."""
 
 
 class Plan(TagSnapshot):
-    """The first pass: records the operations of a packet.
+    """The first pass, which records the operations of a packet.
 
     Attributes:
         is_timed: whether the packet needs the time.
@@ -80,7 +80,7 @@ class Plan(TagSnapshot):
 
     @property
     def now_ns(self) -> int:  # type: ignore[override]
-        """Record that the packet needs the time; return 0."""
+        """0; a read of this property records that the packet needs the time."""
         self.is_timed = True
         return 0
 
@@ -95,7 +95,7 @@ class Plan(TagSnapshot):
 
 
 class Instant(TagSnapshot):
-    """The second pass: returns the results of the scan process, in the same order.
+    """The second pass, which returns the results from the scan process in the same order.
 
     Args:
         results: the bytes of a read, b"" for a write, None for a refused operation.
@@ -110,7 +110,7 @@ class Instant(TagSnapshot):
         return self._next()
 
     def write(self, change: WriteBytes) -> None:
-        """Take the next result; refused if the scan process refused the write."""
+        """Consume the next result; refuse if the scan process refused the write."""
         self._next()
 
     def _next(self) -> bytes:

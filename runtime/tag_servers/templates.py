@@ -1,4 +1,4 @@
-"""Structures in the template object: members with their offsets, then names [1756-PM020]."""
+"""Structures in the template object, with members and offsets followed by names [1756-PM020]."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from scanrack.io_images.enip.codes import TYPE_CODES
 from scanrack.io_images.enip.listing import BOOL, Kind, Part, PlainKind, StructuredKind
 
 NUMBERS: Mapping[str, int] = {"TIMER": 0xF83, "COUNTER": 0xF82, "CONTROL": 0xF81, "STRING": 0xFCE}
-"""Fixed instance numbers of a controller's structures."""
+"""Fixed instance numbers of a controller's built-in structures."""
 
 SHOWN: Mapping[str, str] = {"STRING": "ASCIISTRING82"}
 """Names that a controller shows for structures."""
 
 FIRST = 0x100
-"""Instance of the first other structure."""
+"""Instance number of the first structure without a fixed number."""
 
 ARRAY, STRUCTURE = 0x2000, 0x8000
-"""Bits of a type's code."""
+"""Bits of a type code."""
 
 
 class Template:
-    """A structure with a number."""
+    """A structure and its instance number."""
 
     def __init__(self, kind: StructuredKind, number: int, templates: Templates) -> None:
         self.kind, self.number, self._templates = kind, number, templates
 
     @cached_property
     def definition(self) -> bytes:
-        """Its members, eight bytes each; its name with two letters per member; the members' names."""
+        """Members, eight bytes each; then the name with two letters per member; then the members' names."""
         members = self.kind.parts
         scope = "".join("E@" if member.hidden else "EC" for member in members)
         names = [
@@ -52,7 +52,7 @@ class Template:
 
     @property
     def words(self) -> int:
-        """Attribute 4: 32-bit words of the definition; clients subtract 20 to 23 bytes."""
+        """Attribute 4: number of 32-bit words in the definition; clients subtract 20 to 23 bytes."""
         return -(-(len(self.definition) + 23) // 4)
 
     @cached_property
@@ -62,7 +62,7 @@ class Template:
 
     @cached_property
     def handle(self) -> int:
-        """Number of the structure in messages."""
+        """Number that identifies the structure in messages."""
         return NUMBERS.get(self.kind.name) or zlib.crc32(self.definition) & 0xFFFF
 
 
@@ -74,7 +74,7 @@ class Templates:
         self.by_number: dict[int, Template] = {}
 
     def template_of(self, kind: StructuredKind) -> Template:
-        """Return the template of a structure; add templates for the structures in it."""
+        """Return the template of a structure; add templates for the structures that it contains."""
         template = self._by_kind.get(kind)
         if template is None:
             number = NUMBERS.get(kind.name, 0)

@@ -1,4 +1,4 @@
-"""Security settings of an OPC UA server: its certificate, its users, and the clients that it trusts."""
+"""Security settings of an OPC UA server: certificate, users and trusted clients."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 
 USERS_MOST, PASSWORD_MOST = 64, 128
-"""Maximum users of a server, and bytes of a name or a password."""
+"""Maximum number of users of a server, and of bytes in a name or a password."""
 
 
 def application_uri() -> str:
@@ -18,7 +18,7 @@ def application_uri() -> str:
 
 
 def uris_of(certificate: bytes) -> list[str]:
-    """Return the application URIs in a DER certificate; none for an unreadable certificate."""
+    """Return the application URIs in a DER certificate, or an empty list if it is unreadable."""
     from cryptography.x509 import (
         ExtensionNotFound,
         SubjectAlternativeName,
@@ -39,11 +39,11 @@ class UaSecurity:
     """The settings of an encrypted server; its process gets only SHA-256 digests of passwords.
 
     Attributes:
-        certificate: in DER.
+        certificate: certificate of the server, in DER.
         uri: application URI in the certificate.
         key: private key, in PEM.
         users: SHA-256 of passwords, by user; without users, clients are anonymous.
-        trusted: certificates of clients, in DER; None = any.
+        trusted: certificates of trusted clients, in DER; None trusts any client.
     """
 
     certificate: bytes
@@ -53,7 +53,7 @@ class UaSecurity:
     trusted: frozenset[bytes] | None = field(default=None, repr=False)
 
     def accepts(self, user: str | None, password: str | None) -> bool:
-        """Whether a user may log in with a password; the check takes as long for an unknown user.
+        """Return whether a user may log in with a password; an unknown user takes as long to check.
 
         >>> security = UaSecurity(b"", "", b"", users_of("ann:secret:1"))
         >>> security.accepts("ann", "secret:1"), security.accepts("ann", "")
@@ -67,10 +67,10 @@ class UaSecurity:
 
 
 def users_of(text: str) -> dict[str, bytes]:
-    """Return the users of a file with lines `name:password`; empty lines and `#` lines are skipped.
+    """Return the users in a file with lines `name:password`; empty lines and `#` lines are skipped.
 
     Raises:
-        ValueError: a line has another form, a user appears twice, or the file names no user.
+        ValueError: a line has a different form, a user appears twice, or the file does not name any users.
     """
     users: dict[str, bytes] = {}
     for number, line in enumerate(text.splitlines(), 1):

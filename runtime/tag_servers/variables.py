@@ -18,10 +18,10 @@ from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes, bits_to_write
 
 VARIABLES_MOST = 20_000
-"""Maximum variables of a server; the tags after them are left out."""
+"""Maximum number of variables on a server; tags beyond it are omitted."""
 
 ELEMENTS_MOST = 100
-"""Maximum length of an array with a variable for each element."""
+"""Maximum length of an array that has a variable for each element."""
 
 TEXT = "STRING"
 """Type name of a variable for LEN and DATA."""
@@ -98,10 +98,10 @@ class Variable:
         return list(struct.unpack(f"<{self.count}{_FORMS[self.kind.name]}", data))
 
     def change_to(self, value: Any) -> WriteBytes:
-        """Return the write of a value.
+        """Return the operation that writes a value.
 
         Raises:
-            ValueError: the array has another length, the text is too long, or a number does not fit.
+            ValueError: the array length differs, the text is too long, or a number does not fit.
             TypeError: the value has another type.
         """
         values = _flat(value, self.dims)
@@ -110,16 +110,16 @@ class Variable:
         return WriteBytes(self.tag, self.offset, self._bytes_of(values))
 
     def part_to(self, ranges: Sequence[range], value: Any, data: bytes) -> list[WriteBytes]:
-        """Return the writes of a part: elements of an array or characters of texts.
+        """Return the operations that write a part, which is elements of an array or characters of texts.
 
         Args:
-            ranges: the ranges of the part, see `index_ranges`.
+            ranges: the ranges of the part; see `index_ranges`.
             value: nested lists, or one flat list; for a single element, a list or the element.
             data: the present bytes; only characters within the present text can be written.
 
         Raises:
             NoDataError: an element or a character does not exist.
-            MismatchError: the value has another size.
+            MismatchError: the size of the value differs.
             ValueError: a number does not fit.
             TypeError: the value has another type.
         """
@@ -138,13 +138,13 @@ class Variable:
         return [self._write_of_run(run.start, list(islice(values_left, len(run)))) for run in element_runs]
 
     def _write_of_run(self, first: int, values: Sequence[Any]) -> WriteBytes:
-        """Return the write of successive elements."""
+        """Return the operation that writes successive elements."""
         if self.kind != BOOL:
             return WriteBytes(self.tag, self.offset + first * self.kind.size, self._bytes_of(values))
         return bits_to_write(self.tag, 8 * self.offset + (self.bit or 0) + first, values)
 
     def _write_of_characters(self, number: int, characters: range, value: Any, data: bytes) -> WriteBytes:
-        """Return the write of characters of a text; its length stays."""
+        """Return the operation that writes characters of a text, whose length does not change."""
         kind = self.kind
         assert isinstance(kind, StructuredKind)
         present = _text_in(kind, data[number * kind.size : (number + 1) * kind.size])
@@ -248,7 +248,7 @@ class TagTree:
 
 
 def variables_of(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:
-    """Yield all variables below items."""
+    """Yield all variables in a tree of items."""
     for item in items:
         if isinstance(item, Leaf):
             yield item.variable

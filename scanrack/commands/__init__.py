@@ -1,4 +1,4 @@
-"""The commands; the only package that imports all others.
+"""The commands; this is the only package that imports all the others.
 
 `application` parses the command line with typer. For a fast start, simple command lines of `run` and `why`
 are parsed without typer.
@@ -30,17 +30,17 @@ __all__ = ["COMMANDS", "GROUPS", "build", "main"]
 
 @cache
 def build() -> typer.Typer:
-    """Return the command-line application, which has no state."""
+    """Build and return the command-line application, which has no state."""
     from .application import application
 
     return application()
 
 
 def main() -> None:
-    """Run the `scanrack` command; print at most one message at its end.
+    """Run the `scanrack` command; print at most one message when it ends.
 
     Raises:
-        SystemExit: always, with a status of `terminal.status`.
+        SystemExit: always, with a status from `terminal.status`.
     """
     try:
         _main()
@@ -67,7 +67,7 @@ PLAIN = {"run": ".programs.run_command:plain_run", "why": ".programs.why_command
 
 
 def _run() -> None:
-    """Run the command; report an error of a file that no command handles."""
+    """Run the command; report a file error that the command does not handle."""
     try:
         words, is_completion = sys.argv[1:], any(name.endswith("_COMPLETE") for name in os.environ)
         may_be_plain = bool(words) and words[0] in PLAIN and not is_completion
@@ -78,7 +78,7 @@ def _run() -> None:
 
 
 def _run_plainly(command: str, *words: str) -> bool:
-    """Run a command; return False if only typer can parse its words.
+    """Run a command without typer; return False if only typer can parse its words.
 
     Raises:
         SystemExit: the command has ended.

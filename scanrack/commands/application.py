@@ -1,4 +1,4 @@
-"""The command line with typer: options, help, and reworded error messages.
+"""The typer command line, with options, help and reworded error messages.
 
 A command's module is imported when the command is used, so that a run does not wait for the fuzzer's
 libraries.
@@ -30,12 +30,12 @@ class Lazy(TyperGroup):
     _command_first = False  # whether the command line has no options before the command
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the words before the command."""
+        """Parse the words that precede the command."""
         self._command_first = bool(args) and args[0] in COMMANDS
         return super().parse_args(ctx, args)
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options before the command; none if the command comes first.
+        """Return the options that may precede the command, or none if the command comes first.
 
         Typer imports pydantic to check even their defaults, which takes a third of the time of `run --help`.
         """
@@ -46,13 +46,13 @@ class Lazy(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command; refuse an unknown name with the closest one."""
+        """Return a command; refuse an unknown name, and suggest the closest one."""
         return _command(cmd_name) if cmd_name in COMMANDS else ctx.fail(_unknown(cmd_name))
 
     def main(
         self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
     ) -> Any:
-        """Parse words and run a command; unusable options give a one-line message and a status.
+        """Parse words and run a command; unusable options cause a one-line message and an exit status.
 
         Raises:
             SystemExit: always, with a status of `terminal.status`.
@@ -88,7 +88,7 @@ def _command(name: str) -> Any:
 
 
 def _plain(command: Any) -> Any:
-    """Remove the brackets of arguments in the usage lines of a command and its subcommands; return it.
+    """Remove argument brackets from the usage lines of a command and its subcommands; return the command.
 
     Some versions of Typer write `{RACK}` for required arguments, and `[[WHAT]]` for optional ones.
     """
@@ -115,11 +115,11 @@ REPLACEMENTS = (
     (r"Input should be greater than or equal to (\S+)", r"\1 or more is allowed"),
     (r"Input should be less than or equal to (\S+)", r"\1 or less is allowed"),
 )
-"""Patterns in messages of the libraries, and their replacements."""
+"""Patterns in library messages, and their replacements."""
 
 
 INTENDED = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
-"""Options that people look for under another name, by the command and that name."""
+"""Options that people look for under another name, by command and that name."""
 
 
 def _reworded(text: str) -> str:
@@ -129,7 +129,7 @@ def _reworded(text: str) -> str:
 
 
 def _usage(error: Any, words: Sequence[str]) -> str:
-    """Return the error in a command line, and the command that prints the help."""
+    """Return a message with the error in a command line and the command that prints the help."""
     text = _reworded(error.format_message().rstrip("."))
     option, suggestions = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
     path, command = (error.ctx.command_path, error.ctx.info_name) if error.ctx else ("scanrack", "")
@@ -150,7 +150,7 @@ def application() -> typer.Typer:
 
 
 def _application(group: type[TyperGroup]) -> typer.Typer:
-    """Return an application without commands; the callback makes it a group even with one command."""
+    """Return an application without commands; its callback makes it a group even with only one command."""
     app = typer.Typer(
         name="scanrack",
         cls=group,

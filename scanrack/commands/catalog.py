@@ -1,4 +1,4 @@
-"""The commands by name: the lines of `scanrack --help`, and the modules of their options."""
+"""The commands by name, with their lines in `scanrack --help` and the modules of their options."""
 
 from __future__ import annotations
 
@@ -54,6 +54,6 @@ GROUPS = {
         "rules": Entry(".programs.rules", "List rules and error bits of a 3601 or a drive."),
     },
 }
-"""The commands by their headings, in the order of --help."""
+"""The commands by heading, in the order of --help."""
 
 COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}

@@ -1,4 +1,4 @@
-"""`scanrack debug`: a debug adapter for editors.
+"""`scanrack debug`: run a debug adapter for editors.
 
     client  --request-->  wire -> adapter -> requests, a table -> a function of the modules below
             <--event----  stopped, continued, output, breakpoint

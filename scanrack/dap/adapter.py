@@ -1,4 +1,4 @@
-"""The adapter: it answers requests, and has the client's current position.
+"""The adapter, which answers requests and keeps the client's current position.
 
     client  --request-->  requests.py, a table  -->  a function of the adapter  --response-->
             <--event----  stopped, continued, output, breakpoint
@@ -28,38 +28,38 @@ from .view import Tree, View
 from .wire import MalformedMessageError, Wire
 
 THREAD = 1
-"""Id of the only thread, the scan."""
+"""Id of the only thread, which represents the scan."""
 
 VIEWS = 16
-"""Maximum executed scans that are cached."""
+"""Maximum number of executed scans that are cached."""
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 T = TypeVar("T")
 
 Start = Callable[["Adapter"], None]
-"""Debugs a subject until the client ends it."""
+"""A function that debugs a subject until the client ends the session."""
 
 
 class Adapter:
     """A session with a client.
 
     Attributes:
-        subject, driver: the scans, and what runs them; None before launch or attach.
-        cursor: the client's current position; None while scans run, or before the first scan.
+        subject, driver: the scans, and the driver that runs them; None before launch or attach.
+        cursor: the client's current position; None while scans are running, or before the first scan.
         tree: the values that the client opened at the current position; None before the first one.
-        running: whether scans run, or a recording is searched.
+        running: whether scans are running, or a recording is being searched.
         configured: whether the client has set its breakpoints.
         stop_on_entry: whether to stop before the first scan.
-        breakpoints: the breakpoints that are set, by kind; the kind of a line also has its file.
-        breakpoint_count: number of breakpoints so far, from which they get their ids.
+        breakpoints: the breakpoints that are set, by kind; for lines, the kind includes the file.
+        breakpoint_count: number of breakpoints so far, from which the next id is derived.
         start: function that runs after launch or attach; None before.
-        reason: the reason of the last stop, and its text.
+        reason: the reason for the last stop, and its text.
         returns_to_present: whether the next continue from a past scan returns to the present.
-        searching: whether the past is searched for a breakpoint.
+        searching: whether the past is being searched for a breakpoint.
         cancels_search: whether the client has paused the search.
         over: whether the client has ended the session.
-        waits: whether a test of pytest waits for launch or attach.
+        waits: whether a pytest test is waiting for launch or attach.
     """
 
     def __init__(self, wire: Wire, requests: Mapping[str, Any]) -> None:
@@ -110,7 +110,7 @@ class Adapter:
         """Answer the requests that have arrived; return whether there were any.
 
         Args:
-            seconds: longest wait for the first request; None = without limit.
+            seconds: longest wait for the first request, s; None means no limit.
         """
         served, was_waiting = False, self.waits
         while not self.over:
@@ -130,7 +130,7 @@ class Adapter:
         return served
 
     def handle_message(self, message: Json | MalformedMessageError) -> None:
-        """Answer one message; the session continues even if it is invalid."""
+        """Answer one message; the session continues even if the message is invalid."""
         if isinstance(message, MalformedMessageError):
             self.output(f"{message}\n", "stderr")
             return
@@ -195,7 +195,7 @@ class Adapter:
         self.wire.send({"type": "event", "event": name, "body": body})
 
     def output(self, text: str, category: str = "console", *, more: Mapping[str, Any] = NOTHING) -> None:
-        """Print in the client's console; `more` is file and line as protocol fields."""
+        """Print in the client's console; `more` is the file and line as protocol fields."""
         self.event("output", category=category, output=text, **more)
 
     def after_response(self, move: Callable[[], object]) -> None:
@@ -205,7 +205,7 @@ class Adapter:
     # --- the client's position
 
     def begin(self, subject: Subject, driver: Driver) -> None:
-        """Begin to debug a subject; the client then sets its breakpoints."""
+        """Begin debugging a subject; the client then sets its breakpoints."""
         is_restart = self.subject is not None
         self.subject, self.driver = subject, driver
         self.cursor, self.running = None, False
@@ -215,7 +215,7 @@ class Adapter:
             self.event("initialized")
 
     def all_breakpoints(self) -> list[Breakpoint]:
-        """Return the breakpoints that have a line in the running program, or need none."""
+        """Return the breakpoints that have a line in the running program or do not need one."""
         return [point for points in self.breakpoints.values() for point in points if point.placed]
 
     def stop_points(self) -> list[Breakpoint]:
@@ -233,7 +233,7 @@ class Adapter:
         return self.driver
 
     def place(self) -> Cursor:
-        """Return the client's position; a DebugError while scans run."""
+        """Return the client's position; raise DebugError while scans are running."""
         if self.cursor is None:
             raise DebugError("scans run; pause first")
         return self.cursor
@@ -246,12 +246,12 @@ class Adapter:
         return self.tree
 
     def in_past(self) -> bool:
-        """Whether the client looks at a scan before the latest one of a running rack."""
+        """Whether the client is looking at a scan before the latest one of a running rack."""
         subject = self.the_subject()
         return subject.live and self.cursor is not None and self.cursor.scan < subject.extent[1]
 
     def look_elsewhere(self, search: Callable[[], T]) -> T:
-        """Return the result of a search in the past; then restore the client's position."""
+        """Return the result of a search in the past, after which the client's position is restored."""
         cursor = self.place()
         scan, spot = cursor.scan, cursor.spot
         self.leave()
@@ -272,7 +272,7 @@ class Adapter:
         self.cursor, self.tree = None, None
 
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
-        """Move to a scan: to its `start`, its `last` rung, or its `end`."""
+        """Move to the `start`, the `last` rung, or the `end` of a scan."""
         self.leave()
         view = next((cached_view for cached_view in self._views if cached_view.scan == scan), None)
         if view is None:
@@ -283,7 +283,7 @@ class Adapter:
         return self.cursor
 
     def forget_views(self) -> None:
-        """Clear the cache of scans, since the next scans are of another program."""
+        """Clear the cache of scans, because the next scans belong to a different program."""
         self._views.clear()
 
     def go_to(self, spot: Spot) -> None:
@@ -304,7 +304,7 @@ class Adapter:
     # --- breakpoints that scans have met
 
     def poll(self, scan: int) -> None:
-        """Answer requests during a search of the past; a SearchCanceledError if the client pauses it."""
+        """Answer requests while searching the past; raise SearchCanceledError if the client pauses."""
         if self.wire.waiting:
             self.serve(0)
         if self.cancels_search or self.over:
@@ -312,7 +312,7 @@ class Adapter:
             raise SearchCanceledError(scan)
 
     def hits_in(self, scan: int) -> list[Hit]:
-        """Return the breakpoints at which a scan stops."""
+        """Return the breakpoints at which execution stops in a scan."""
         stop_points = self.stop_points()
         if not stop_points:
             return []
@@ -353,7 +353,7 @@ class Adapter:
 
 
 class Console(StringIO):
-    """A stream that prints in the client's console."""
+    """A stream that prints to the client's console."""
 
     def __init__(self, adapter: Adapter, category: str) -> None:
         super().__init__()
@@ -374,23 +374,23 @@ REASONS = {
     "data": "data breakpoint",
     "exception": "exception",
 }
-"""The protocol's reason of a stop, by the kind of the breakpoint."""
+"""The protocol's reason for a stop, by kind of breakpoint."""
 
 
 class Driver(Protocol):
-    """Runs the scans of a subject; each kind of subject has its own driver."""
+    """A driver, which runs the scans of a subject; each kind of subject has its own."""
 
     def begin(self, *, stop: bool) -> None:
-        """Begin after all breakpoints are set; `stop` = stop before the first scan."""
+        """Begin after all breakpoints are set; with `stop`, stop before the first scan."""
 
     def go(self) -> None:
         """Run scans after the latest one, until a breakpoint or a pause."""
 
     def pause(self) -> None:
-        """Request a stop, see `Adapter.stopped`; raise DebugError if it is refused."""
+        """Request a stop (see `Adapter.stopped`); raise DebugError if it is refused."""
 
     def step(self) -> None:
-        """Run one scan, and stop at its start; raise DebugError if there is none."""
+        """Run one scan, and stop at its start; raise DebugError if there is no further scan."""
 
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         """Replace the active breakpoints; raise ExpressionError if a condition can't be evaluated."""
@@ -404,7 +404,7 @@ class Driver(Protocol):
         raise DebugError("only a running rack continues with an edited program")
 
     def branch(self, scan: int) -> None:
-        """Begin a session that repeats this one up to a scan, and continues from there."""
+        """Begin a session that repeats this one up to a scan and continues from there."""
         raise DebugError("no branch can begin here")
 
     def end(self) -> None:

@@ -1,13 +1,13 @@
-"""Breakpoints of an editor, and their check after each scan, live or run again.
+"""An editor's breakpoints, which are checked after each scan, whether live or run again.
 
 | kind | stop |
 |---|---|
-| line | the rung runs, if its condition is true; with `becomes true` or `changes`, its power does so |
+| line | the rung runs and its condition is true; with `becomes true` or `changes`, its power does so |
 | function | `Main.3` as a line; `Feeding changes`; any other text is an expression that becomes true |
 | data | the value of a tag changes |
 | exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |
 
-Expressions use the values at the end of the scan: a scan always runs to completion before a stop.
+Expressions use the values at the end of the scan, because a scan always runs to completion before a stop.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ FILTERS: Mapping[str, tuple[str, str]] = {
     "fault": ("Faults", "The controller faults."),
     "scan": ("Each scan", "A scan begins; with a condition such as `time > 2 s`."),
 }
-"""Exception breakpoints: id, label and description."""
+"""Label and description of each exception breakpoint, by id."""
 
 _HIT_COUNT = re.compile(r"(?P<sign>>=|>|<=|<|==|=|%)?\s*(?P<number>\d{1,9})")
 _SIGNS: Mapping[str, Callable[[int, int], bool]] = {
@@ -53,7 +53,7 @@ _FIELD = re.compile(r"\{([^{}]+)\}")
 
 
 def tag_that_changes(text: str) -> str:
-    """Return the tag of an expression such as `Level changes`; "" for any other."""
+    """Return the tag in an expression such as `Level changes`; "" for any other expression."""
     head, _, tail = text.rpartition(" ")
     return head.strip() if tail.lower() == CHANGES else ""
 
@@ -75,12 +75,12 @@ class Breakpoint:
 
     @property
     def placed(self) -> bool:
-        """Whether it needs no line, or its line is in the running program."""
+        """Whether the breakpoint does not need a line, or its line is in the running program."""
         return bool(self.keys) or not self.path
 
     @property
     def power_condition(self) -> str:
-        """`BECOMES_TRUE` or `CHANGES` for a stop by the power of a rung; "" for other conditions."""
+        """`BECOMES_TRUE` or `CHANGES` for a stop on the power of a rung; "" for other conditions."""
         condition = self.condition.strip().lower()
         return condition if self.keys and condition in (BECOMES_TRUE, CHANGES) else ""
 
@@ -109,11 +109,11 @@ class Hit(NamedTuple):
 
 
 Event = tuple[str, Mapping[str, Any]]
-"""Topic and fields, see `traces.format.topics`."""
+"""Topic and fields of an event; see `traces.format.topics`."""
 
 
 Check = Callable[[int], str | None]
-"""Called after each scan with its number; returns a text if a breakpoint is met, else None."""
+"""A function called after each scan with its number; returns a text if a breakpoint is met, else None."""
 
 
 class ScanValues(Values, Protocol):
@@ -123,7 +123,7 @@ class ScanValues(Values, Protocol):
     """Whether conditions and log points of lines are evaluated before the line."""
 
     def line_check(self, requested: Breakpoint) -> Check:
-        """Return the check of a breakpoint on lines."""
+        """Return the check for a breakpoint on lines."""
 
 
 class RungValues(EngineValues):
@@ -132,7 +132,7 @@ class RungValues(EngineValues):
     in_frames = False
 
     def line_check(self, requested: Breakpoint) -> Check:
-        """See `ScanValues`: whether a rung ran, or how its power changed."""
+        """See `ScanValues`; the check is whether a rung ran, or how its power changed."""
         keys, power_condition, ran = requested.keys, requested.power_condition, self.engine.ran
         if not power_condition:
             return lambda _scan: "the rung runs" if any(map(ran, keys)) else None
@@ -150,7 +150,7 @@ class RungValues(EngineValues):
         return met
 
     def _power(self, key: LineKey) -> bool:
-        """Return whether there was power after the last instruction of a rung."""
+        """Return whether power reached the end of a rung, after its last instruction."""
         engine = self.engine
         if engine.watching or engine.broken_off:
             truth = engine.truths.get(key, ())
@@ -159,10 +159,10 @@ class RungValues(EngineValues):
 
 
 class LinePoints(NamedValues, Observer):
-    """Breakpoints on lines of Python and of a list of steps.
+    """Breakpoints on lines of Python or of a list of steps.
 
     Args:
-        in_frames: conditions and log points are expressions of Python, which read the values before the line.
+        in_frames: conditions and log points are Python expressions, which read the values before the line.
     """
 
     def __init__(self, tags: Mapping[str, Any], *, in_frames: bool) -> None:
@@ -205,7 +205,7 @@ def _code(text: str) -> CodeType:
 
 
 def _evaluate(code: CodeType, frame: FrameType | None, default: object) -> Any:
-    """Return the value of an expression in a frame; `default` if it can't be evaluated."""
+    """Return the value of an expression in a frame, or `default` if it can't be evaluated."""
     assert frame is not None, "a step has no expressions of Python"
     try:
         return eval(code, frame.f_globals, frame.f_locals)
@@ -224,10 +224,10 @@ class _CheckedBreakpoint:
 
 
 class Looker:
-    """Checks the breakpoints after each scan of an engine.
+    """An object that checks the breakpoints after each scan of an engine.
 
     Args:
-        events: returns the events of a scan.
+        events: function that returns the events of a scan.
 
     Attributes:
         lines: the rungs whose power the engine must record.
@@ -248,7 +248,7 @@ class Looker:
         self.lines = tuple(dict.fromkeys(key for request in requested for key in request.keys))
 
     def note_values(self, scan: int) -> None:
-        """Note the current values as those of the previous scan; the power of rungs is not known yet."""
+        """Record the current values as the previous scan's values; the power of rungs is not known yet."""
         for check in self._checks:
             if not check.breakpoint.keys:
                 check.met(scan)
@@ -267,7 +267,7 @@ class Looker:
         return [Hit(check.breakpoint, text) for check, text in self.look(scan)]
 
     def stops(self, scan: int, say: Callable[[Breakpoint, str], object]) -> list[Hit]:
-        """Return the breakpoints at which the latest scan stops; count hits, and print log points."""
+        """Return the breakpoints that stop in the latest scan; count hits, and print log points."""
         hits = []
         for check, text in self.look(scan):
             if not check.breakpoint.count_hit():
@@ -368,7 +368,7 @@ class Looker:
         return met
 
     def _status(self, slot: int, number: int) -> int:
-        """Return a word of status, in configuration mode without the bits that have another meaning."""
+        """Return a status word; in configuration mode, without the bits that have another meaning there."""
         image, names = self._around.image, self._around.words[slot]
         word = image(slot, "I", number)
         is_configuring = names.modes is not None and image(slot, "I", names.modes.input) < 0

@@ -25,11 +25,11 @@ from typing_extensions import override
 from .variables import BareText
 
 DEEPEST, MOST_ITEMS = 3, 100
-"""Maximum nesting depth of a copied value, and maximum number of items of a level."""
+"""Maximum nesting depth of a copied value, and maximum number of items per level."""
 
 
 class TextLine(NamedTuple):
-    """A line of a program, with the interface of a rung that `cursor` and `places` use."""
+    """A line of a program, with the part of a rung's interface that `cursor` and `places` use."""
 
     number: int
     origin: Origin
@@ -46,20 +46,20 @@ class TextRun(NamedTuple):
 
 
 class TextCaller(NamedTuple):
-    """The line that called or awaits a function."""
+    """The line that called or is awaiting a function."""
 
     run: TextRun
 
 
 class TextState(NamedTuple):
-    """The values of a program at a place of a scan."""
+    """The values of a program at a place in a scan."""
 
     values: Mapping[str, Any]
     waits: Mapping[str, str]  # of sequences, and of a list of steps
 
 
 class ProgramValues(Mapping[str, Any]):
-    """The current values of a program by name; empty for a list of steps."""
+    """The current values of a program, by name; empty for a list of steps."""
 
     def __init__(self, logic: Callable[[], ScanLogic]) -> None:
         self._logic = logic
@@ -108,7 +108,7 @@ def _code(name: str) -> CodeType:
 
 
 def copied(value: object, depth: int = DEEPEST) -> Any:
-    """Return a copy of a value: plain values, lists and dicts of them, and the texts of other values."""
+    """Return a copy of a value; anything but plain values, lists and dicts becomes text."""
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, bool | int | float | str | None):
@@ -124,7 +124,7 @@ def copied(value: object, depth: int = DEEPEST) -> Any:
 
 
 class Capture(Observer):
-    """Records the lines of a scan, and the values before each."""
+    """A recorder of the lines of a scan, and of the values before each line."""
 
     def __init__(self, logic: ScanLogic) -> None:
         self.lines = None
@@ -170,7 +170,7 @@ def _callers(frame: FrameType) -> Iterator[FrameType]:
 
 
 def waits_of(logic: ScanLogic) -> Mapping[str, str]:
-    """Return the line and the condition of each waiting sequence, by its name."""
+    """Return the line and the condition at which each sequence is waiting, by sequence name."""
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
         return {"step": BareText(f"line {inside.line}")}

@@ -1,4 +1,4 @@
-"""`scanrack debug`: the debug adapter."""
+"""`scanrack debug`: run the debug adapter."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _serve_port(port: int) -> int:
 
 
 def key_line() -> str:
-    """Return a new key, a line that a client must send first."""
+    """Return a new key, which is a line that a client must send first."""
     return f"key {secrets.token_hex(KEY_BYTES)}"
 
 
@@ -97,8 +97,8 @@ def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: floa
     """Return the connection to the first client that sends the key.
 
     Args:
-        stack: closes it.
-        wait_s: longest wait for each client; None = without limit.
+        stack: the stack that closes the connection.
+        wait_s: longest wait for each client, s; None means no limit.
 
     Raises:
         TimeoutError: no client has connected in time.

@@ -3,9 +3,10 @@
     "Position > 4000 and rose(Start)"   ->   lambda: Position > 4000 and rose_1(Start)
 
 Names are tags of the program, which are read from the variables of its compiled scan, and words and bits of
-images. So a condition adds little more than its comparison to a scan.
+images. A condition therefore adds little more than its comparison to a scan.
 
-A number may have the unit that the page shows for a tag: `Position > 4000 steps`. Times are converted to it.
+A number may have the unit that the page shows for a tag: `Position > 4000 steps`. Times are converted to that
+unit.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from scanrack.traces.query.grammar import GRAMMAR
 Read = Callable[[], Any]
 
 _SEVERAL = re.compile(r"^\s*(count|first|last|longest|shortest)\s*\(|\b(then|without|within)\b")
-"""Matches queries about several scans."""
+"""A pattern that matches queries about several scans."""
 
 
 class ScanContext(NamedTuple):
@@ -51,14 +52,14 @@ class Values(Protocol):
     """Tags by name; supports only `in` and `[]`."""
 
     def source(self, name: str) -> str:
-        """Return Python that reads a tag; raise ExpressionError if the tag is not a single value."""
+        """Return Python source that reads a tag; raise ExpressionError if it is not a single value."""
 
     def unit(self, name: str) -> str:
-        """Return the unit of a tag's type; "" if it has none."""
+        """Return the unit of a tag's type, or "" if it has none."""
 
     @property
     def cells(self) -> Mapping[str, CellType]:
-        """The variables of the expressions, by name."""
+        """Return the variables used in expressions, by name."""
 
 
 class EngineValues:
@@ -126,7 +127,7 @@ class _Term(str):
 
 
 class _Edge:
-    """Tests for an edge since the previous scan; the first value is not an edge."""
+    """A test for an edge since the previous scan; the first value is not an edge."""
 
     def __init__(self, name: str) -> None:
         self._test = _EDGES[name]
@@ -148,7 +149,7 @@ def compiled(text: str, values: Values, around: ScanContext) -> Read:
     """Return the function that evaluates an expression after a scan.
 
     Raises:
-        ExpressionError: it can't be parsed, names an unknown tag, or needs more than one scan.
+        ExpressionError: the expression can't be parsed, names an unknown tag, or needs more than one scan.
     """
     writer = _Writer(values, around)
     try:
@@ -181,7 +182,7 @@ UNIT: /[^\W\d][^\s()<>=!+*-]*|[%°]\S*/
 
 
 def _function(statements: Sequence[str], cells: Mapping[str, CellType]) -> Read:
-    """Compile statements to a function with cells as free variables."""
+    """Compile statements to a function whose free variables are cells."""
     body = "".join(f"  {statement}\n" for statement in statements)
     text = f"def outer({', '.join(cells)}):\n def take():\n{body}"
     outer = next(
@@ -195,7 +196,7 @@ def _function(statements: Sequence[str], cells: Mapping[str, CellType]) -> Read:
 
 @v_args(inline=True)
 class _Writer(Transformer[Token, str]):
-    """Writes Python, bottom up.
+    """A generator of Python source, which works from the bottom up.
 
     Attributes:
         variables: variables of the expression, in addition to the variables of the program.
@@ -287,10 +288,10 @@ class _Writer(Transformer[Token, str]):
 
 
 def _in_unit(part: str, other: str) -> str:
-    """Return a number in the unit of the tag that is compared with it; return other terms unchanged.
+    """Return a number in the unit of the tag with which it is compared; return other terms unchanged.
 
     Raises:
-        ExpressionError: the tag has another unit, or none.
+        ExpressionError: the tag has a different unit, or none.
     """
     if not isinstance(part, _Term) or not part.written:
         return part

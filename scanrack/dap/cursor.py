@@ -1,4 +1,4 @@
-"""The editor's position: a scan, and an instruction of it."""
+"""The editor's position, which is a scan and an instruction in that scan."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from .breakpoints import Breakpoint
 from .view import Stop, View
 
 END = 1 << 30
-"""Index of the end of a scan, which is known before its instructions are."""
+"""Index that stands for the end of a scan; it can be used before the scan's instructions are known."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place in a scan: before a stop, or after one of its writes."""
+    """A place in a scan, either before a stop or after one of the stop's writes."""
 
     index: int  # of the stop in `View.stops`; `END` at the end of the scan
     order: int | None  # see `View.show`
@@ -48,7 +48,7 @@ class Cursor:
 
     @property
     def last(self) -> Spot:
-        """The last rung of the main routine; the end of a scan without one."""
+        """The last rung of the main routine, or the end of the scan if there is none."""
         stops = self.view.stops
         indices = [index for index, stop in enumerate(stops) if stop.step is None and stop.depth == 0]
         return self._spot(indices[-1]) if indices else self.end
@@ -65,11 +65,11 @@ class Cursor:
     # --- steps
 
     def onward(self, depth: int | None, *, by_instruction: bool) -> Spot | None:
-        """Return the next rung or instruction, at most `depth` calls deep; None at the end of the scan.
+        """Return the next rung or instruction at most `depth` calls deep, or None at the end of the scan.
 
         Args:
-            depth: None = any depth.
-            by_instruction: whether to stop at instructions, and not only at rungs.
+            depth: maximum number of calls; None means any depth.
+            by_instruction: whether to stop at every instruction instead of only at rungs.
         """
         for index in range(self.spot.index + 1, len(self.view.stops)):
             if self._fits(self.view.stops[index], depth, by_instruction=by_instruction):
@@ -77,7 +77,7 @@ class Cursor:
         return None
 
     def back(self, depth: int | None, *, by_instruction: bool) -> Spot | None:
-        """Return the previous rung or instruction, see `onward`; None at the start of the scan."""
+        """Return the previous rung or instruction (see `onward`); None at the start of the scan."""
         stop = self.stop
         after_write = stop is not None and self.spot.order != stop.order
         last = min(self.spot.index - (not after_write), len(self.view.stops) - 1)
@@ -92,7 +92,7 @@ class Cursor:
 
     @property
     def depth(self) -> int:
-        """The number of calls around the place."""
+        """The call depth of the place."""
         return 0 if self.stop is None else self.stop.depth
 
     # --- breakpoints

@@ -1,12 +1,12 @@
-"""A scan as it was executed: its rungs in the order of execution, and the values before each of them.
+"""A scan as it was executed, with its rungs in execution order and the values before each rung.
 
     order     0      1      2      3      4      5           end
     rung      Main 0        AOI 0  AOI 1  Main 1
     writes           A             B             C
     before Main 1: the values at the end, without C
 
-A scan is always finished, as in a controller. An editor steps through the finished scan, forwards and
-backwards at the same cost.
+A scan is always finished, as in a controller. An editor steps through the finished scan, forward or backward
+at the same cost.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from .view import Node, Stop, Tree, View
 
 
 class ExecutedScan(View):
-    """One scan of rungs, run again: compiled for the values at its end, interpreted for its instructions.
+    """A scan of rungs, run again: compiled for its final values, and interpreted for its instructions.
 
     Args:
-        replayer: runs the scans; it must not be used otherwise until `leave`.
+        replayer: runs the scans; it must not be used for anything else until `leave`.
 
     Raises:
         DebugError: the scan can't be repeated.
@@ -52,7 +52,7 @@ class ExecutedScan(View):
 
     @cached_property
     def execution(self) -> Execution:
-        """The execution of the scan; running it leaves the memory as at the end of the scan."""
+        """The execution of the scan; running it sets the memory to the values at the end of the scan."""
         self.engine.traced = True
         try:
             self._replayer.again(self.scan)
@@ -76,7 +76,7 @@ class ExecutedScan(View):
             yield from (Stop(step.order - 1, run, step, depth) for step in instructions[1:])
 
     def show(self, order: int | None) -> None:
-        """Set the memory of the engine to the values after an instruction; None = at the end of the scan."""
+        """Set the engine's memory to the values after an instruction; with None, at the end of the scan."""
         self._replayer.at = None
         memory = self.engine.memory
         restore(memory, self._end)
@@ -113,12 +113,12 @@ class ExecutedScan(View):
         return f"{name} of {run.instance}" if run.instance else name
 
     def _spelled(self, run: LineRun) -> str:
-        """Return the name of a routine as the program writes it."""
+        """Return the name of a routine as it is spelled in the program."""
         spelling: str = self.engine.lowered.routines[run.routine].name
         return spelling
 
     def program(self, run: LineRun | None) -> str:
-        """Return the program of a rung; "" in a program without tasks, and outside of rungs."""
+        """Return the program of a rung; "" if there are no tasks, or outside of rungs."""
         return "" if run is None else program_of(self._spelled(run))
 
     def task(self, run: LineRun) -> str:
@@ -131,7 +131,7 @@ class ExecutedScan(View):
         return ""
 
     def last_origin(self) -> Origin | None:
-        """See `View`: the last rung of the main routine."""
+        """See `View`; this is the last rung of the main routine."""
         lowered = self.engine.lowered
         tasks = () if lowered.schedule is None else lowered.schedule.tasks
         mains = [lowered.main, *(program.main or "" for task in tasks for program in task.programs)]
@@ -169,7 +169,7 @@ class ExecutedScan(View):
         yield "Tags", lambda: tags_in(tree, tags_of(engine, ""))
 
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
-        """Return the tags in a rung, as pairs of the name in the rung and the full name."""
+        """Return the tags in a rung, as pairs of a name as used in the rung and a full name."""
         program = self.program(run)
         operands = (operand for step in run.line.all_steps for operand in step.operands)
         full_names: dict[str, str] = {}
@@ -211,7 +211,7 @@ class ExecutedScan(View):
 
 
 def _tag_names(operand: object) -> Iterator[str]:
-    """Yield the names of tags in an operand of an instruction."""
+    """Yield the tag names in an operand of an instruction."""
     if isinstance(operand, AddOnCall):
         yield operand.instance.text
         yield from (argument.text for argument in operand.handed.values())

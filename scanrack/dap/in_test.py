@@ -1,9 +1,9 @@
-"""Debugs a test of pytest: the racks on its benches, one after the other.
+"""Debugging of a pytest test, which covers the racks on its benches, one after the other.
 
     pytest --scanrack-debug     prints a port and a key, and waits for a client at the first bench
     launch with `pytest`        the adapter runs pytest itself
 
-The test waits while the client has stopped it.
+The test waits while it is stopped by the client.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class BenchProgram:
 
     @property
     def operated(self) -> Debugger | Fields | None:
-        """The program's values that can be set and forced."""
+        """The values of the program that can be set and forced."""
         return settable_tags(self.logic)
 
 
@@ -86,7 +86,7 @@ class InTest(ScanDriver):
             self._stop_in(scan, hits, stepped=stepped)
 
     def _stop_in(self, scan: int, hits: list[Hit], *, stepped: bool) -> None:
-        """Stop in a scan until the client continues."""
+        """Stop in a scan, and wait until the client continues."""
         adapter = self._adapter
         self.subject.step(on=False)
         self._stepping = self._pausing = False
@@ -140,7 +140,7 @@ def run_tests(adapter: Adapter, words: str) -> None:
     import pytest
 
     class TestPlugin:
-        """Registers the adapter for the benches of this run."""
+        """A pytest plugin that registers the adapter for the benches of this run."""
 
         def pytest_configure(self, config: pytest.Config) -> None:
             """Register a function that is called with each bench."""

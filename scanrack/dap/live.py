@@ -1,4 +1,4 @@
-"""A running rack: a session of `scanrack watch`, with an editor in addition to its pages.
+"""A running rack, which is a session of `scanrack watch` with an editor in addition to its pages.
 
 after a scan              then
 a breakpoint is met       pause, stopped
@@ -45,10 +45,10 @@ from .text_subject import TextSubject, files_of, lines_of
 from .together import from_page, on_page
 
 REMEMBERED = 8_000
-"""Snapshots of the program, one for 64 scans, so that a session can step back 512,000 scans."""
+"""Number of program snapshots, one per 64 scans, so that a session can step back 512,000 scans."""
 
 WAIT_S = 0.02
-"""Longest single wait for requests during a pause, s; pages also send actions."""
+"""Longest single wait for requests during a pause, s; it is short because pages also send actions."""
 
 
 EDITS = {
@@ -56,7 +56,7 @@ EDITS = {
     ASSEMBLED: "the saved program is accepted, and runs from the next scan on",
     NOTHING: "the program before the edit runs from the next scan on",
 }
-"""Messages about an edit, by its stage."""
+"""Messages about an edit, by stage."""
 
 
 class Program(Protocol):
@@ -107,18 +107,18 @@ class LiveSubject(Subject):
         self.last = scan
 
     def is_edited(self) -> bool:
-        """Return whether the program was edited since the last call, before the next scan."""
+        """Return, before the next scan, whether the program was edited since the last call."""
         is_edited = self.edits != self.program.edits
         if is_edited:
             self.edits, self.first = self.program.edits, self.last + 1
         return is_edited
 
     def page_routine(self, routine: str) -> str:
-        """Return the name of a routine on pages, "" if they have no name for it."""
+        """Return the name of a routine on pages, or "" if they have no name for it."""
         raise NotImplementedError
 
     def step(self, *, on: bool) -> None:
-        """Start or stop waiting for the next line that runs; for rungs, a step is the next scan."""
+        """Start or stop waiting for the next line that runs; for rungs, a step runs to the next scan."""
 
     @property
     def extent(self) -> tuple[int, int]:
@@ -130,7 +130,7 @@ class LiveSubject(Subject):
         raise NotImplementedError
 
     def now(self) -> ScanContext:
-        """Return the context of expressions about the latest scan."""
+        """Return the context for expressions about the latest scan."""
         memory = self.cpu.rack.memory
         return self.around(lambda: self.last, self.words_in(lambda: memory))
 
@@ -251,7 +251,7 @@ class _AnyLine(Observer):
 
 
 class ScanDriver(QuietListener, Driver):
-    """Checks for breakpoints after each scan of a running rack; a listener after all others.
+    """A listener, called after all others, that checks for breakpoints after each scan of a running rack.
 
     Attributes:
         subject: the scans so far.
@@ -282,7 +282,7 @@ class ScanDriver(QuietListener, Driver):
             self.place_again()
 
     def place_again(self) -> None:
-        """Set the line breakpoints in an edited program; without its line, a breakpoint stays unverified."""
+        """Set the line breakpoints in an edited program; those without a line stay unverified."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
         for point in [point for points in adapter.breakpoints.values() for point in points if point.path]:
@@ -307,7 +307,7 @@ class ScanDriver(QuietListener, Driver):
 
 
 class Live(ScanDriver):
-    """Drives a session for an adapter: a listener after the session's other listeners.
+    """A driver of a session for an adapter; its listener is called after the session's others.
 
     Args:
         page: whether a page also shows the session, so that breakpoints are shared with the page.
@@ -508,7 +508,7 @@ def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | L
 
 
 class _PatientInbox(Inbox):
-    """The actions of pages, without a wait: `Live` waits for them."""
+    """An inbox that returns the actions of pages without waiting, because `Live` waits for them."""
 
     def __init__(self, pages: Inbox) -> None:
         self._pages = pages

@@ -1,4 +1,4 @@
-"""Requests that inspect and set values, and the commands of the console."""
+"""Requests that inspect and set values, and the console commands."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from .adapter import Adapter
 
 SCAN_FRAME = 10_000
-"""Id of the outermost frame."""
+"""Id of the outermost frame, the scan."""
 
 NOWHERE = {"line": 0, "column": 0}
-"""The line of a frame without a file."""
+"""Line and column of a frame without a file."""
 
 COMPLETIONS_MOST = 200
 
 
 def threads(_adapter: Adapter, _arguments: Json) -> Json:
-    """Name the thread."""
+    """Return the name of the thread."""
     return {"threads": [{"id": 1, "name": "scan"}]}
 
 
@@ -64,13 +64,13 @@ def _frames(adapter: Adapter) -> Iterator[Json]:
 
 
 def _runs(adapter: Adapter) -> list[Any]:
-    """Return the rung or line and the callers of its routine, innermost first."""
+    """Return the rung or line, and the callers of its routine, innermost first."""
     stop = adapter.place().stop
     return [] if stop is None else [stop.run, *(caller.run for caller in callers(stop.run))]
 
 
 def _run_of(adapter: Adapter, frame: int) -> Any:
-    """Return the rung or line of a frame, None for other frames; raise DebugError for an outdated frame."""
+    """Return a frame's rung or line, or None for other frames; raise DebugError for an outdated frame."""
     runs = _runs(adapter)
     if 1 <= frame <= len(runs):
         return runs[frame - 1]
@@ -131,7 +131,7 @@ def set_expression(adapter: Adapter, arguments: Json) -> Json:
 
 
 def _set(adapter: Adapter, tag: str, written: str) -> str:
-    """Set a tag before the next scan; a word or bit of an image is forced, since scans write it."""
+    """Set a tag before the next scan; force a word or bit of an image, because scans overwrite it."""
     _refuse_past(adapter)
     view, is_image = adapter.place().view, ":" in tag
     if tag not in view.tags and not is_image:
@@ -176,7 +176,7 @@ def evaluate(adapter: Adapter, arguments: Json) -> Json:
 
 
 def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
-    """Return the full name of a tag for its name in a frame's rung; None for other expressions."""
+    """Return the full name of a tag from its name in a frame's rung, or None for other expressions."""
     run = _run_of(adapter, frame) if type(frame) is int else None
     return adapter.place().view.full_name(name, run)
 
@@ -188,7 +188,7 @@ def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
 
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
-    """Return the text of a hover over a tag: its value, address and last change."""
+    """Return the hover text of a tag, with its value, address and last change."""
     change_scan = adapter.last_change(tag)
     since = "not changed yet" if change_scan is None else f"since scan {change_scan:,}"
     return "; ".join(filter(None, [f"{tag} = {value}", *adapter.place().view.described(tag), since]))
@@ -285,14 +285,14 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "cancel": _edit_command("cancel"),
     "reload": _reload_command,
 }
-"""Commands of the console, by their first word."""
+"""Console commands, by first word."""
 
 
 # --- other requests
 
 
 def exception_info(adapter: Adapter, _arguments: Json) -> Json:
-    """Return the reason of the stop."""
+    """Return the reason for the stop."""
     description = adapter.reason.get("text") or "no exception"
     return {
         "exceptionId": adapter.reason.get("reason", ""),
@@ -308,7 +308,7 @@ def sources(adapter: Adapter, _arguments: Json) -> Json:
 
 
 def completions(adapter: Adapter, arguments: Json) -> Json:
-    """Complete the name before the cursor."""
+    """Return completions for the name before the cursor."""
     line, column = text(arguments, "text"), whole(arguments, "column")
     match = _NAME_AT_END.search(line[: max(0, column - 1)])
     word = match[0] if match else ""

@@ -1,4 +1,4 @@
-"""Requests that move: over instructions, rungs, routines and scans, forwards and backwards."""
+"""Requests that move forward or backward over instructions, rungs, routines and scans."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def go(adapter: Adapter, _arguments: Json) -> Json:
 
 
 def _refuse_or_return(adapter: Adapter) -> None:
-    """Refuse the first continue from a past scan, with the possible commands; the second one returns."""
+    """Refuse the first continue from a past scan, listing the possible commands; return on the second."""
     scan, last = adapter.place().scan, adapter.the_subject().extent[1]
     if adapter.returns_to_present:
         adapter.returns_to_present = False
@@ -39,7 +39,7 @@ def _refuse_or_return(adapter: Adapter) -> None:
 
 
 def pause(adapter: Adapter, _arguments: Json) -> None:
-    """Stop after the current scan, or cancel a search of the past."""
+    """Stop after the current scan, or cancel the search of the past."""
     if adapter.searching:
         adapter.cancels_search = True
     elif adapter.running:
@@ -96,7 +96,7 @@ def step_back(adapter: Adapter, arguments: Json) -> None:
 
 
 def reverse(adapter: Adapter, _arguments: Json) -> None:
-    """Run backwards to the previous breakpoint, or to the first scan if there is none."""
+    """Run backward to the previous breakpoint, or to the first scan if there is none."""
 
     def move() -> None:
         if adapter.stop_in_scan(backwards=True):

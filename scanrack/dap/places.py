@@ -36,16 +36,16 @@ class Places:
         self._paths: dict[str, Path | None] = {}
 
     def keys(self) -> Iterator[tuple[Origin, LineKey]]:
-        """Yield the rungs, statements or lines that can have a breakpoint."""
+        """Yield the rungs, statements or lines on which a breakpoint can be set."""
         raise NotImplementedError
 
     def named(self, text: str) -> list[LineKey] | None:
-        """Return the rung named `Main.3`, or the first rung of `Main`; None without such a rung."""
+        """Return the rung with a name like `Main.3`, or the first rung of `Main`; None without one."""
         raise NotImplementedError
 
     @cached_property
     def lines(self) -> Mapping[Path, Mapping[int, list[LineKey]]]:
-        """The rungs and statements by file and line."""
+        """The rungs and statements, by file and line."""
         lines: dict[Path, dict[int, list[LineKey]]] = {}
         for origin, key in self.keys():
             path = self.path(origin)
@@ -56,7 +56,7 @@ class Places:
         return lines
 
     def path(self, origin: Origin) -> Path | None:
-        """Return the file of a rung on this machine; None if this machine does not have it."""
+        """Return the file of a rung on this machine, or None if this machine does not have it."""
         name = origin.file
         if name not in self._paths:
             self._paths[name] = self._find_file(name) if name and origin.line else None
@@ -74,7 +74,7 @@ class Places:
         """Return the first line at or after `line` with an instruction, and its rungs.
 
         Raises:
-            DebugError: the file is not part of the program, or has no such line.
+            DebugError: the file is not part of the program, or has no instruction at or after the line.
         """
         resolved = Path(path).resolve()
         known_lines = self.lines.get(resolved) or self._adopted(resolved)
@@ -100,7 +100,7 @@ class Places:
         return None
 
     def of(self, key: LineKey) -> tuple[str, int]:
-        """Return file and line of a rung; "" and 0 if the file is not on this machine."""
+        """Return the file and line of a rung; "" and 0 if the file is not on this machine."""
         for path, lines in self.lines.items():
             for line, keys in lines.items():
                 if key in keys:
@@ -108,7 +108,7 @@ class Places:
         return "", 0
 
     def source(self, origin: Origin) -> Json:
-        """Return file and line of a rung as protocol fields; empty if the file is not on this machine."""
+        """Return a rung's file and line as protocol fields; empty if the file is not on this machine."""
         path = self.path(origin)
         if path is None:
             return {}
@@ -143,7 +143,7 @@ class RungPlaces(Places):
 
 
 class TextPlaces(Places):
-    """The lines of a program in Python, or of a list of steps.
+    """The lines of a Python program or of a list of steps.
 
     Args:
         files: the files of the program and of the modules beside it.

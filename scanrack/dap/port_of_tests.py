@@ -1,4 +1,4 @@
-"""The port on which a run of pytest waits for a client of the debug adapter."""
+"""The port on which a pytest run waits for a client of the debug adapter."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     import pytest
 
 WAIT_S = 60.0
-"""Longest wait of a test for a client, s."""
+"""Longest time that a test waits for a client, s."""
 
 
 class PortOfTests:
-    """Waits for a client at the first bench of a run of pytest.
+    """A port that waits for a client at the first bench of a pytest run.
 
     Args:
-        config: pytest's configuration of the run.
+        config: pytest configuration of the run.
     """
 
     def __init__(self, config: pytest.Config) -> None:
@@ -50,7 +50,7 @@ class PortOfTests:
             say(text)
 
     def _connect(self) -> Adapter | None:
-        """Return the adapter after launch or attach; None if no client connects in time."""
+        """Return the adapter after launch or attach, or None if no client connects in time."""
         listening = self._stack.enter_context(listen(0))
         key = key_line()
         self._say(f"scanrack debug: {listening.getsockname()[1]} {key}; waits {WAIT_S:.0f} s for a client")

@@ -1,4 +1,4 @@
-"""Checked arguments of requests, and the error of a request."""
+"""Checked arguments of requests, and the error that a request can raise."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ class DebugError(ValueError):
 
 
 def whole(arguments: Json, name: str, default: int | None = None) -> int:
-    """Return a whole number from a request; raise DebugError if it is missing or of another type."""
+    """Return a whole number from a request; raise DebugError if it is missing or has another type."""
     return _argument(arguments, name, default, int, "a whole number")
 
 
 def text(arguments: Json, name: str, default: str | None = None) -> str:
-    """Return a text from a request; raise DebugError if it is missing or of another type."""
+    """Return a text from a request; raise DebugError if it is missing or has another type."""
     return _argument(arguments, name, default, str, "a text")
 
 
@@ -30,7 +30,7 @@ def _argument(arguments: Json, name: str, default: T | None, kind: type[T], mean
 
 
 def objects(arguments: Json, name: str) -> list[Json]:
-    """Return a list of objects from a request, empty if it is missing; raise DebugError for another type."""
+    """Return a list of objects from a request, or an empty list; raise DebugError for another type."""
     value = arguments.get(name) or []
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise DebugError(f"{name} must be a list of objects")

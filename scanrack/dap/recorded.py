@@ -1,4 +1,4 @@
-"""Debugs a recording, by running its scans again."""
+"""Debugging of a recording by running its scans again."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
     """Debug a recording until the client ends it.
 
     Raises:
-        ValueError: the recording can't be used, or has no such scan.
+        ValueError: the recording can't be used, or does not have the scan.
     """
     with ExitStack() as stack:
         branches: list[Play] = []
@@ -66,7 +66,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
 
 
 def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
-    """Return the scans of a recording, by the kind of its program."""
+    """Return the scans of a recording, as the class that fits the kind of program."""
     logic = monitor.subject.programs.at(0).logic
     is_text = logic is not None and not isinstance(logic, LadderLogic)
     return RecordedText(monitor, path) if is_text else RecordedRungs(monitor, path)
@@ -84,7 +84,7 @@ def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> 
 
 
 def _branch_of(adapter: Adapter, monitor: TraceMonitor, path: Path, stack: ExitStack) -> Play:
-    """Return a session that runs a branch of a recording."""
+    """Return a session that runs a branch from a recording."""
     job = monitor.job
     assert job is not None
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
@@ -203,7 +203,7 @@ class RecordedText(TextSubject, RecordedScans):
 
 
 class RecordingDriver(Driver):
-    """Moves through a recording."""
+    """A driver that moves through a recording."""
 
     def __init__(self, adapter: Adapter, subject: RecordedScans, first: int) -> None:
         self._adapter, self._subject, self._first = adapter, subject, first

@@ -1,4 +1,4 @@
-"""The table of requests, from which `initialize` and the page of the docs are generated."""
+"""The table of requests, from which the reply to `initialize` and the documentation page are generated."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ ALSO: Mapping[str, Any] = {
         for name, (label, description) in FILTERS.items()
     ],
 }
-"""Capabilities of arguments."""
+"""Additional capabilities, which concern the arguments of requests."""
 
 
 def capabilities() -> Json:

@@ -20,12 +20,12 @@ def lines(adapter: Adapter, arguments: Json) -> Json:
 
 
 def functions(adapter: Adapter, arguments: Json) -> Json:
-    """Set the breakpoints by name."""
+    """Set the function breakpoints, which are given by name."""
     return _replace(adapter, "function", objects(arguments, "breakpoints"), _function)
 
 
 def data(adapter: Adapter, arguments: Json) -> Json:
-    """Set the breakpoints on values."""
+    """Set the data breakpoints, which stop on changes of values."""
     return _replace(adapter, "data", objects(arguments, "breakpoints"), _data)
 
 
@@ -39,7 +39,7 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
 
 
 def locations(adapter: Adapter, arguments: Json) -> Json:
-    """List the lines of a file that can have a breakpoint."""
+    """List the lines of a file on which a breakpoint can be set."""
     path, line = _path_in(arguments), whole(arguments, "line")
     last = whole(arguments, "endLine", line)
     places = adapter.the_subject().places(_current_scan(adapter))
@@ -119,7 +119,7 @@ def _current_scan(adapter: Adapter) -> int:
 
 
 def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) -> Json:
-    """Replace the breakpoints of a kind; the row of an unusable breakpoint has the reason."""
+    """Replace the breakpoints of a kind; the row of an unusable breakpoint states the reason."""
     rows: list[Json] = []
     new_points: list[Breakpoint] = []
     adapter.breakpoints[kind] = []

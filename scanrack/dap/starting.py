@@ -68,7 +68,7 @@ def attach(adapter: Adapter, arguments: Json) -> None:
 
 
 def _checked(adapter: Adapter, arguments: Json) -> Json:
-    """Return the arguments; refuse unknown ones, and a second launch."""
+    """Return the arguments; refuse unknown arguments and a second launch."""
     if adapter.subject is not None or adapter.start is not None:
         raise DebugError("a session is already open: disconnect first")
     for name, value in arguments.items():
@@ -123,7 +123,7 @@ def _play(adapter: Adapter, job: LoadedRack, requested: Json) -> None:
 
 
 def configured(adapter: Adapter, _arguments: Json) -> None:
-    """Begin: all breakpoints are set."""
+    """Begin the session, because all breakpoints have been set."""
     adapter.configured = True
     adapter.after_response(lambda: adapter.the_driver().begin(stop=adapter.stop_on_entry))
 

@@ -1,4 +1,4 @@
-"""The scans to debug, by number: of a running rack or of a recording."""
+"""The scans to debug, by number, from a running rack or a recording."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from .variables import ReadWord
 from .view import View
 
 SLICE = 512
-"""Number of scans that are searched between two looks at requests."""
+"""Number of scans that are searched between two checks for requests."""
 
 Poll = Callable[[int], None]
-"""Called with the number of the scan that a search has reached."""
+"""A function called with the number of the scan that a search has reached."""
 
 
 class SearchCanceledError(Exception):
     """The client has paused a search.
 
     Args:
-        scan: the scan that the search has reached.
+        scan: the scan that the search had reached.
     """
 
     def __init__(self, scan: int) -> None:
@@ -49,8 +49,8 @@ class Subject(Protocol):
 
     Attributes:
         words: word names of the modules, by slot.
-        live: whether the rack runs, so that values can be set and further scans run.
-        units: units of tags on the page, by name in capitals.
+        live: whether the rack is running, so that values can be set and more scans can run.
+        units: units of tags on the page, by uppercase name.
     """
 
     words: Mapping[int, ModuleWords]
@@ -62,7 +62,7 @@ class Subject(Protocol):
         """The first and the last scan; the last is -1 before the first one."""
 
     def places(self, scan: int) -> Places:
-        """Return the lines of the program of a scan."""
+        """Return the lines of the program that ran in a scan."""
 
     def view(self, scan: int) -> View:
         """Return a scan as it was executed; raise DebugError if it can't be repeated."""
@@ -76,7 +76,7 @@ class Subject(Protocol):
         """Yield the scans that meet a breakpoint, in order; hit counts and log points have no effect."""
 
     def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
-        """Return the breakpoints that a scan meets, see `hits_between`."""
+        """Return the breakpoints that a scan meets; see `hits_between`."""
         return dict(self.hits_between(requested, scan, scan)).get(scan, [])
 
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
@@ -87,7 +87,7 @@ class Subject(Protocol):
         """
 
     def first_after(self, requested: Sequence[Breakpoint], scan: int) -> tuple[int | None, int]:
-        """Return the first scan in a slice after `scan` that meets a breakpoint, and the last one checked."""
+        """Return the first scan in a slice after `scan` to meet a breakpoint, and the last one checked."""
         last = min(self.extent[1], scan + SLICE)
         hit_scan = next((number for number, _hits in self.hits_between(requested, scan + 1, last)), None)
         return (None, last) if hit_scan is None else (hit_scan, hit_scan)
@@ -96,7 +96,7 @@ class Subject(Protocol):
         """Return the last scan up to `scan` that changed a tag, or None."""
 
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
-        """Return why a tag has its value after a scan: a text, then each cause with its line."""
+        """Return why a tag has its value after a scan, as a text followed by each cause with its line."""
 
     def memory(self, scan: int) -> bytes:
         """Return the images of all modules after a scan; empty if they are not known."""
@@ -108,17 +108,17 @@ class Subject(Protocol):
         """Return the time of a scan."""
 
     def forced(self, scan: int) -> Mapping[str, object]:
-        """Return the forced tags and images in a scan."""
+        """Return the tags and image words that are forced in a scan."""
 
     def prepare(self) -> bool:
-        """Do a part of the preparation for later steps back; return whether work remains."""
+        """Do part of the preparation for later steps back; return whether work remains."""
         return False
 
     def around(self, current_scan: Callable[[], int], word: ReadWord | None = None) -> ScanContext:
-        """Return the context of expressions about a scan.
+        """Return the context for expressions about a scan.
 
         Args:
-            current_scan: returns the number of the scan.
+            current_scan: function that returns the number of the scan.
             word: reads the words of images; by default their values after the scan.
         """
         word = word or self.words_in(lambda: self.memory(current_scan()))
@@ -137,10 +137,10 @@ class Subject(Protocol):
 
 
 class RungSubject(Subject):
-    """A ladder program: its scans are run again from snapshots."""
+    """A ladder program, whose scans are run again from snapshots."""
 
     def replayer(self, scan: int) -> Replayer:
-        """Return the replayer of a scan; raise DebugError if the scan can't be run again."""
+        """Return the replayer for a scan; raise DebugError if the scan can't be run again."""
         raise NotImplementedError
 
     @override

@@ -1,4 +1,4 @@
-"""Programs without rungs: plain Python, sequences, lists of steps. They are run again on the recorded inputs.
+"""Programs without rungs (Python, sequences, lists of steps), which are run again on recorded inputs.
 
 window    the scans before the scan in view; their lines are cached for steps back
 """
@@ -74,7 +74,7 @@ class TextScan(View):
         self.tags[tag] = value
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """See `View`: the line after the line that changed the tag, or the end of the scan."""
+        """See `View`; this is the line after the line that changed the tag, or the end of the scan."""
         values = [state.values.get(tag) for state in self._states]
         changes = [index for index, (before, after) in enumerate(pairwise(values), 1) if before != after]
         if not changes:
@@ -90,7 +90,7 @@ class TextScan(View):
         return self._stops[-1].run.line.origin if self._stops else None
 
     def full_name(self, name: str, run: TextRun | None) -> str | None:
-        """See `View`: `self.step` is the step of the program."""
+        """See `View`; `self.step` is the step of the program."""
         if run is not None and name in run.values:
             return name
         if name in self.tags or not name.startswith("self."):
@@ -123,7 +123,7 @@ class TextScan(View):
 class TextSubject(Subject):
     """A program without rungs.
 
-    It has three runs of the program: one at the scan in view, one for the scans before it, one for searches.
+    It has three runs of the program: one at the scan in view, one for earlier scans, and one for searches.
     """
 
     def __init__(self, load: Load, spec: RackSpec, logic: ScanLogic) -> None:
@@ -150,7 +150,7 @@ class TextSubject(Subject):
         return view
 
     def _run_up_to(self, scan: int) -> TextScan | None:
-        """Run the scans up to `scan` again, and cache it with some scans before it; return it."""
+        """Run the scans up to `scan` again, and cache `scan` with some scans before it; return `scan`."""
         reruns = self._shown, self._earlier
         candidates = (
             past_rerun for past_rerun in reruns if 0 <= past_rerun.at < scan <= past_rerun.at + WINDOW
@@ -222,7 +222,7 @@ class TextSubject(Subject):
                 poll(number)
 
     def _looker(self, requested: Sequence[Breakpoint], rerun: ProgramRerun) -> tuple[Looker, LinePoints]:
-        """Return the looker for breakpoints after each scan of a run, and the observer of its lines."""
+        """Return the looker that checks breakpoints after each scan, and the observer of a run's lines."""
         points = LinePoints(ProgramValues(lambda: rerun.logic), in_frames=self._in_python)
         return Looker(requested, points, self.around(lambda: rerun.at), self.events), points
 
@@ -264,11 +264,11 @@ class TextSubject(Subject):
 
 
 def files_of(program: Path) -> list[Path]:
-    """Return the file of a program, and the files of imported modules in its folder."""
+    """Return the file of a program, and the files of the modules that it imports from its folder."""
     return list(dict.fromkeys([program.resolve(), *WATCH.get().files(program.parent)]))
 
 
 def lines_of(logic: ScanLogic) -> list[int]:
-    """Return the lines of a list of steps; no lines for any other program."""
+    """Return the lines of a list of steps; the result is empty for any other program."""
     inside: object = unwrapped(logic)
     return [step.line for step in inside.steps] if isinstance(inside, Steps) else []

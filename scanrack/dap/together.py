@@ -1,4 +1,4 @@
-"""Breakpoints that editor and page share.
+"""Breakpoints that are shared by the editor and the page.
 
 | breakpoint of an editor | on the page |
 |---|---|
@@ -16,14 +16,14 @@ from .breakpoints import BECOMES_TRUE, CHANGES, Breakpoint
 from .places import Places
 
 RoutineName = Callable[[str], str]
-"""Returns the name of a routine on pages, "" if they have no name for it."""
+"""A function that returns the name of a routine on pages, or "" if they have no name for it."""
 
 _RUNG = re.compile(r"(?P<rung>.+\.\d+)(?: (?P<when>changes|executes))?")
 _WHEN = {"": " executes", BECOMES_TRUE: "", CHANGES: " changes"}
 
 
 def _page_names(point: Breakpoint, page_routine: RoutineName) -> list[str]:
-    """Return the page's names of a breakpoint; empty if the page does not support it."""
+    """Return the page's names for a breakpoint; empty if the page does not support it."""
     when = _WHEN.get(point.condition.strip().lower())
     if when is None or point.hits or point.log or point.kind == "exception":
         return []

@@ -1,4 +1,4 @@
-"""Scopes and their values, listed one level at a time.
+"""Scopes and their values, which are listed one level at a time.
 
     Rung         the tags that the rung names
     Locals       parameters and local tags of an add-on instruction
@@ -27,11 +27,11 @@ from .protocol import DebugError, Json
 from .view import Tree
 
 ReadWord = Callable[[int, str, int], int]
-"""Returns a word of an image, signed: slot, "I" or "O", word."""
+"""A function of slot, "I" or "O", and word number that returns a word of an image, signed."""
 
 
 def type_text(place: Place | Group) -> str:
-    """Return the type of a tag: `DINT`, `TIMER`, `INT[8]`."""
+    """Return the type of a tag, such as `DINT`, `TIMER` or `INT[8]`."""
     name = place.type.name
     dims = place.dims if isinstance(place, Group) else ()
     return f"{name}[{','.join(map(str, dims))}]" if dims else name
@@ -44,7 +44,7 @@ def size_of(place: Group) -> Json:
 
 
 def parts_of(tree: Tree, address: str, place: Group, *, files: bool) -> Iterator[Json]:
-    """Yield the members or elements of a tag; with `files`, elements have addresses of data files: `N7:0`."""
+    """Yield a tag's members or elements; with `files`, elements have data file addresses like `N7:0`."""
     if not place.dims:
         names = [(member, f"{address}.{member}") for member in _members(place)]
     elif len(place.dims) == 1:
@@ -57,18 +57,18 @@ def parts_of(tree: Tree, address: str, place: Group, *, files: bool) -> Iterator
 
 
 def tags_in(tree: Tree, names: Iterable[tuple[str, str]]) -> Iterator[Json]:
-    """Yield the tags that exist in the memory; `names` has short and full names."""
+    """Yield the tags that exist in memory; `names` has short and full names."""
     tags = tree.view.tags
     return (tree.value(name, address) for name, address in names if address in tags)
 
 
 def values_in(tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> Iterator[Json]:
-    """Yield Python values; `owned` = they are values of the program, which can be set."""
+    """Yield Python values; with `owned`, they are values of the program, which can be set."""
     return (python_value(tree, name, value, owned=owned) for name, value in values.items())
 
 
 class BareText(str):
-    """A string that is shown without quotes."""
+    """A text that is shown without quotes."""
 
     __slots__ = ()
 
@@ -91,7 +91,7 @@ def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -
 
 
 def modules_in(words: Mapping[int, ModuleWords], image: str, read: ReadWord) -> Iterator[Json]:
-    """Yield the modules with an image of one direction, "I" or "O"."""
+    """Yield the modules that have an image in one direction, "I" or "O"."""
     for slot, names in words.items():
         node = partial(_words_in, slot, names, image, read)
         yield {"name": f"slot {slot}", "value": names.message, "type": "module", "node": node}
@@ -112,7 +112,7 @@ def _words_in(slot: int, words: ModuleWords, image: str, read: ReadWord) -> Iter
 
 
 def _bits_in(address: str, value: int, names: Mapping[int, str]) -> Iterator[Json]:
-    """Yield the bits of a word with a name, or all bits of a word without names."""
+    """Yield the named bits of a word, or all bits if none has a name."""
     for bit in sorted(names) or range(16):
         name = names.get(bit, str(bit))
         yield {
@@ -151,7 +151,7 @@ def _unquoted(text: str) -> str:
 
 
 def value_in(text: str, current: object) -> Any:
-    """Parse a text as a value of the same type as a tag's current value.
+    """Parse a text as a value with the type of a tag's current value.
 
     >>> value_in("16#1F", 0), value_in("true", False), value_in("1", False), value_in("'run'", "")
     (31, True, True, 'run')

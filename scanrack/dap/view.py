@@ -14,7 +14,7 @@ from .conditions import Values
 from .protocol import DebugError, Json
 
 ITEMS_MOST = 1_000
-"""Maximum number of values of a level that are sent if the client does not select a range."""
+"""Maximum number of values sent for a level if the client does not select a range."""
 
 
 Node = Callable[[], Iterable[Json]]
@@ -22,7 +22,7 @@ Node = Callable[[], Iterable[Json]]
 
 
 class Tree:
-    """The opened nodes by number, until the program continues.
+    """The nodes that the client has opened, by number; valid until the program continues.
 
     Args:
         view: the scan in view.
@@ -35,12 +35,12 @@ class Tree:
         self._nodes: dict[int, Node] = {}
 
     def add(self, node: Node) -> int:
-        """Return the number of a node."""
+        """Add a node and return its number."""
         self._nodes[len(self._nodes) + 1] = node
         return len(self._nodes)
 
     def node(self, number: int) -> Node:
-        """Return a node; raise DebugError for a number of an earlier stop."""
+        """Return a node by its number; raise DebugError if the number is from an earlier stop."""
         if number not in self._nodes:
             raise DebugError(f"variables {number}: no longer exist, since the program has continued")
         return self._nodes[number]
@@ -51,7 +51,7 @@ class Tree:
         return [self._with_reference(value) for value in values]
 
     def tag(self, number: int, name: str) -> str:
-        """Return the tag or address of a value of a node; raise DebugError if it can't be set."""
+        """Return the tag or address of one of a node's values; raise DebugError if it can't be set."""
         variable = next((row for row in self.node(number)() if row["name"] == name), None)
         if variable is None:
             raise DebugError(f"no value {name!r}")
@@ -77,7 +77,7 @@ class Tree:
 
 
 class Stop(NamedTuple):
-    """A place before an instruction of a scan."""
+    """A place before an instruction in a scan."""
 
     order: int  # writes after this index have not happened yet
     run: Any  # a LineRun; a TextRun of a language without rungs
@@ -89,7 +89,7 @@ class View(Protocol):
     """The scan in view, in any language.
 
     Attributes:
-        scan: its number.
+        scan: number of the scan.
         tags: the values at the current place, by name.
         values: the values that expressions read.
     """
@@ -113,13 +113,13 @@ class View(Protocol):
         return
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """Return index and order of the place after a tag's last change; None without such a place."""
+        """Return the index and order of the place after a tag's last change; None if there is none."""
 
     def frame(self, run: Any) -> str:
         """Return the name of the frame of a rung or line."""
 
     def task(self, run: Any) -> str:
-        """Return the task of a rung; "" without one."""
+        """Return the task of a rung; "" if it has none."""
         return ""
 
     def last_origin(self) -> Origin | None:
@@ -129,7 +129,7 @@ class View(Protocol):
         """Return the full name of a tag for its name in a rung or line; None for other names."""
 
     def names(self, run: Any) -> Sequence[tuple[str, str]]:
-        """Return short and full names of all tags that a rung or line can name."""
+        """Return the short and full names of all tags that a rung or line can name."""
 
     def scopes(self, tree: Tree, run: Any) -> Iterator[tuple[str, Node]]:
         """Yield the scopes of a frame; `run` is None outside of rungs."""
@@ -138,9 +138,9 @@ class View(Protocol):
         """Return a value as a protocol object with a short name."""
 
     def described(self, tag: str) -> Iterator[str]:
-        """Yield the texts of a hover over a tag, besides its value."""
+        """Yield the texts that a hover over a tag shows in addition to its value."""
         return iter(())
 
     def own_word(self, slot: int, image: str, number: int) -> int | None:
-        """Return a word of the program's image at the current place; None without such an image."""
+        """Return a word of the program's image at the current place; None if there is no such image."""
         return None

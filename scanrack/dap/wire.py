@@ -53,10 +53,10 @@ class Wire:
         """Return the next message; None at the end of the stream.
 
         Args:
-            seconds: longest wait; None = without limit.
+            seconds: longest wait; None = no limit.
 
         Raises:
-            Empty: no message has arrived in this time.
+            Empty: no message arrived in this time.
         """
         return self._queue.get(timeout=seconds)
 

@@ -5,7 +5,7 @@
 | `prove/` | claims about all inputs: verdicts, and scenarios that the rack replays |
 | `fuzz/` | a search for inputs and faults that break a program: scenarios, invariants, campaigns |
 | `check/`, `bench/`, `drive/` | finding mistakes without a run; a rack in a test; a single module |
-| `why/` | which line of a program changed a value, and for what the modules wait |
+| `why/` | which line of a program changed a value, and what the modules are waiting for |
 | `replay/` | a recording instead of modules, logic or stimuli |
 | `run/` | running a job, and its result |
 | `record/` | recording a run: words, tags, waits of sequences, orders, edits |

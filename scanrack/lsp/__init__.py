@@ -2,7 +2,7 @@
 
 command.py      `scanrack editor lsp`
 server.py       the protocol: documents in, diagnostics and responses out; needs the extra `editor`
-findings.py     checks of a document; checks that run Python have their own process
+findings.py     checks of a document; checks that run Python use their own process
 rungs.py        declarations and instructions at a position in rungs or structured text
 racks.py        keys and values at a position in a rack file
 

@@ -1,4 +1,4 @@
-"""Checks of documents. Checks that run Python have their own process, since they may hang or print."""
+"""Checks of documents. Checks that run Python use their own process, since they may hang or print."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scanrack.jobs.check.texts import LineRemark, check_texts
 from scanrack.jobs.trust.launcher import PIPE, TimeoutExpired, launch
 
 PATIENCE_S = 20
-"""Time limit of a check that runs Python, s; its process is then ended."""
+"""Time limit for a check that runs Python, s; after this time, its process is ended."""
 
 
 def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[LineRemark]:

@@ -1,6 +1,6 @@
 """Instructions and declarations at a position in rungs or structured text.
 
-The text need not be a valid program, since people are typing it.
+The text need not be a valid program, since the user is still typing it.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def _instructions(text: str) -> Mapping[str, Spec]:
 
 
 def _blocks(text: str | None = None) -> Iterator[AddOn]:
-    """Yield the blocks that come with scanrack, or only those of the libraries that a text uses."""
+    """Yield the blocks that come with scanrack, or only the blocks in the libraries that a text uses."""
     for name in LIBRARIES:
         if text is None or re.search(rf"^\s*USE\s+{name}\b", text, re.IGNORECASE | re.MULTILINE):
             yield from load_library(name).add_ons.values()
@@ -139,7 +139,7 @@ def _plain(use: Use) -> str:
 
 
 def instruction_text(spec: Spec) -> str:
-    """Return the description of an instruction in Markdown: its operands, when it acts, its other name."""
+    """Return the description of an instruction in Markdown: operands, when it acts, and other name."""
     lines = [f"```rung\n{signature(spec)}\n```", f"{spec.name} {_KINDS[spec.kind]}."]
     if spec.decides:
         lines[1] = f"{spec.name} acts on a true and on a false rung, and decides the condition after it."
@@ -155,7 +155,7 @@ def instruction_text(spec: Spec) -> str:
 
 
 def block_signature(block: AddOn) -> str:
-    """Return a block that comes with scanrack with the names of its operands.
+    """Return the name of a block that comes with scanrack, followed by the names of its operands.
 
     >>> block_signature(load_library("axis3601").add_ons["MC_HALT"])
     'MC_Halt(instance, Axis, Execute)'
@@ -164,7 +164,7 @@ def block_signature(block: AddOn) -> str:
 
 
 def block_text(block: AddOn) -> str:
-    """Return the description of a block in Markdown: its operands, what it does, its parameters."""
+    """Return the description of a block in Markdown: its operands, what it does, and its parameters."""
     lines = []
     for parameter in block.parameters:
         if parameter.mode is not ParameterMode.LOCAL:
@@ -191,7 +191,7 @@ def _members(type_name: str) -> list[Offer]:
 
 
 def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
-    """Yield the instructions that rungs or structured text may have, each once."""
+    """Yield the instructions that rungs or structured text may contain, without duplicates."""
     for instruction in {spec.name: spec for spec in _instructions(text).values()}.values():
         if not instruction.instead if structured else instruction.in_rungs:
             yield instruction

@@ -39,7 +39,7 @@ KINDS = {
 
 
 class RackServer(LanguageServer):
-    """The server, with its published findings of each document.
+    """The server, with its published findings for each document.
 
     Attributes:
         trusted: whether the editor trusts its folder, so that Python modules may be run.

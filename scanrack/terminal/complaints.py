@@ -16,7 +16,7 @@ RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}
 
 @contextmanager
 def reported_mistakes() -> Iterator[None]:
-    """Report an error of the user or the disk, and end the command."""
+    """Report a user error or a disk error, and end the command."""
     try:
         yield
     except TraceLimitError as error:

@@ -1,4 +1,4 @@
-"""The end of a command by a signal."""
+"""Ends a command when a signal arrives."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .status import INTERRUPTED, complain
 
 @contextmanager
 def interrupted() -> Iterator[None]:
-    """End a command with one message at a signal that ends the process.
+    """End a command with one message when a signal to end the process arrives.
 
     The command completes its work, such as a trace, before it ends.
 

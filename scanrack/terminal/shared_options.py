@@ -117,7 +117,7 @@ def parse_range(text: str) -> ScanRange:
     ((100, 200), (100, None), (0, 200), (7, 7))
 
     Raises:
-        ValueError: not such a range.
+        ValueError: the text is not a range of scans.
     """
     match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
     if match is None or not (match[1] or match[3]):
@@ -130,7 +130,7 @@ def parse_range(text: str) -> ScanRange:
 
 
 def parse_time_range(text: str) -> tuple[int, int | None]:
-    """Read a range of virtual time, both ends included; return ns; raise ValueError for any other text.
+    """Return a range of virtual time in ns, both ends included; raise ValueError for any other text.
 
     >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
     ((1500000000, 3000000000), (0, 250000000), (120000000000, None))

@@ -10,7 +10,7 @@
     130     INTERRUPTED    Ctrl-C, SIGTERM or SIGHUP ended it
     141     PIPE_CLOSED    the reader of standard output has closed it; no message
 
-130 and 141 are the statuses of a shell for a command that SIGINT or SIGPIPE ended: 128 + signal number.
+130 and 141 are a shell's statuses for a command that SIGINT or SIGPIPE ended: 128 + signal number.
 """
 
 from __future__ import annotations
@@ -48,6 +48,6 @@ def size_of(path: Path) -> str:
 
 
 def reason(error: OSError) -> str:
-    """Return the file and its problem, without the number of the error."""
+    """Return the file and its problem, without the error number."""
     problem = error.strerror or str(error)
     return f"{error.filename}: {problem}" if error.filename else problem

@@ -74,7 +74,7 @@ def closed_streams_plugged() -> None:
 def guarded_output() -> Iterator[None]:
     """End the block with `LostOutput` if standard output can't be written.
 
-    Failed writes to standard error and to a terminal are dropped. Standard input is also UTF-8. Streams
+    Failed writes to standard error and to a terminal are dropped. Standard input also uses UTF-8. Streams
     without a file descriptor and the console of Windows are left unchanged.
     """
     original_streams = sys.stdout, sys.stderr
@@ -115,7 +115,7 @@ def _guarded(stream: Any, *, reported: bool) -> Any:
 
 
 def _has_our_encoding(stream: IO[str]) -> bool:
-    """Return whether scanrack chooses the encoding, and neither a terminal nor the user."""
+    """Return whether scanrack, and not a terminal or the user, chooses the encoding."""
     return not stream.isatty() and "PYTHONIOENCODING" not in os.environ
 
 

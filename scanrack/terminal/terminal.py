@@ -31,7 +31,7 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
 
 
 def say_file(data: bytes) -> None:
-    """Print the bytes of a file; on a terminal as text with visible control characters."""
+    """Print the bytes of a file; on a terminal, print them as text with visible control characters."""
     if sys.stdout.isatty():
         sys.stdout.write(visible(data.decode(errors="replace")))
     else:
@@ -43,7 +43,7 @@ def say_file(data: bytes) -> None:
 LINE_MOST = 2 * SHOWN
 
 MESSAGE_LINES = 500
-"""Maximum lines of a message on standard error."""
+"""Maximum number of lines in a message on standard error."""
 
 
 def _short_lines(text: str, *, err: bool) -> str:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 SECTION = "scanrack"
 
 MOST_WHYS = 2
-"""Maximum tags that a report explains."""
+"""Maximum number of tags that a report explains."""
 
 
 class OpenedBench(NamedTuple):
@@ -164,7 +164,7 @@ def tags_of(error: BaseException, bench: Bench) -> list[str]:
     """Return the tags of a failure, at most `MOST_WHYS`, the most relevant first.
 
     These are the tags of a `NotReachedError` or of a false ASSERT. For other failures they are the tags that
-    the test has read since the latest scan, first the tags in the message.
+    the test has read since the latest scan, starting with the tags in the message.
     """
     cause = error.__cause__ if isinstance(error, CpuFault) else error
     if isinstance(cause, (NotReachedError, LadderFault)):
@@ -177,7 +177,7 @@ def tags_of(error: BaseException, bench: Bench) -> list[str]:
 
 
 def _is_one_value(bench: Bench, tag: str) -> bool:
-    """Whether a tag is a number, a bit or a text; a structure has no single cause."""
+    """Return whether a tag is a number, a bit or a text; a structure has no single cause."""
     try:
         return isinstance(bench[tag], (bool, int, float, str))
     except Exception:  # no such tag

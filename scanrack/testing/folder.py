@@ -25,7 +25,7 @@ PASSED_MARK = ".scanrack-passed"
 PASSED = "passed"
 IGNORE = "# made by the pytest plugin of scanrack\n*\n"
 LONGEST = 80
-"""Maximum characters of a folder's name, without its digest."""
+"""Maximum number of characters in a folder's name, without its digest."""
 
 DIGEST = 8
 
@@ -73,8 +73,9 @@ class ArtifactFolder:
         """The folder; the first access creates it and removes the artifacts of an earlier run.
 
         Raises:
-            OwnedError: folders that scanrack did not create have its names, or another run is writing to it.
-            OSError: it can't be created.
+            OwnedError: folders that scanrack did not create have this folder's names, or another run is
+                writing to it.
+            OSError: the folder can't be created.
         """
         if self._path is None:
             _make_base(self._base)
@@ -116,7 +117,7 @@ class ArtifactFolder:
         return path if path.is_file() else None
 
     def keep_passed(self) -> None:
-        """Keep the folder of a run that has passed, with a mark."""
+        """Mark the folder of a run that has passed, and keep it."""
         if self._path is not None:
             (self._path / PASSED_MARK).touch()
             _remove(self._path / PASSED)
@@ -155,7 +156,7 @@ def _empty(path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
-    """Remove a file, a link or a folder if it exists; the target of a link stays."""
+    """Remove a file, a link or a folder if it exists; the target of a link is kept."""
     if path.is_symlink() or not path.is_dir():
         path.unlink(missing_ok=True)
     else:

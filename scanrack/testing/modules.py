@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 STEPS = 12
 LONGEST_NS = (2_000_000, 100_000_000, 1_000_000_000)
-"""Maximum lengths of a step, ns: of a scan, of a device's response, or of a motion."""
+"""Maximum lengths of a step for a scan, a device's response, or a motion, ns."""
 
 NO_MACHINE = MachineSpec()
 
@@ -56,10 +56,10 @@ class ContractError(AssertionError):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A stretch of time with the same outputs.
+    """A period with unchanged outputs.
 
     Attributes:
-        wait_ns: its length.
+        wait_ns: length of the period.
         words: the first output words; the others are 0.
         running: whether the controller is in run mode.
         act: acts on the module at its start.
@@ -83,7 +83,7 @@ def check_module(
 
     Args:
         record: record of the module.
-        options: fixed options by name; the others are drawn: their defaults, or ends of their ranges.
+        options: fixed options by name; the others are drawn from their defaults and the ends of their ranges.
         seeds: each seed draws options and a script of a dozen steps.
         words: draws output words that use the module's functions; None = `any_words`.
         machine: the machine that the module moves.
@@ -117,7 +117,7 @@ def check_module(
 
 
 def record_in(path: Path, name: str = "RECORD") -> ModuleRecord:
-    """Execute a file and return the record in it; `ProgramError` without one."""
+    """Execute a file and return the record in it; raise `ProgramError` if there is none."""
     from scanrack.jobs.load.program import load_modules
 
     return load_modules({path.stem: f"{path.name}:{name}"}, path)[path.stem]
@@ -149,12 +149,12 @@ def play(module: Module, script: Sequence[Step], pieces: Pieces, size: int = WOR
 
 
 def at_once(_begin_ns: int, _end_ns: int) -> Sequence[int]:
-    """Return no instants: `update` is called only at the end."""
+    """Return no instants, so that `update` is called only at the end."""
     return ()
 
 
 def every(period_ns: int) -> Pieces:
-    """Return pieces of one length."""
+    """Return pieces of equal length."""
     return lambda begin_ns, end_ns: range(begin_ns + period_ns, end_ns, period_ns)
 
 
@@ -181,7 +181,7 @@ def any_words(dice: Random, size: int = WORDS) -> Sequence[int]:
 
 
 def any_script(seed: int, words: Draw = any_words) -> list[Step]:
-    """Draw a dozen steps; in some, the outputs stay, the controller does not run, or the power fails."""
+    """Draw a dozen steps; in some, outputs are unchanged, the controller is not running, or power fails."""
     dice = Random(seed)
     script: list[Step] = []
     for _ in range(STEPS):

@@ -1,4 +1,4 @@
-"""The page of a failed test's recording."""
+"""The page that shows the recording of a failed test."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from typing import NamedTuple
 from scanrack.io_images.text_limits import shortened
 
 MOST_SCANS = 20_000
-"""A recording with more scans gets no page by default, since it would take more than 3 s."""
+"""A recording with more scans gets no page by default, since the page would take more than 3 s."""
 
 MOST_RUN_S = 2.0
 """A run with more processor time (s) gets no page by default: the page takes a bit longer than the run."""
 
 MOST_EXPLAINED_SCANS = 8_000
-"""The page of a recording with more scans explains no tags; the report still does."""
+"""For a recording with more scans, the page does not explain tags; the report still does."""
 
 SHOWN = 4_000
-"""Maximum scans in the page, up to the failure."""
+"""Maximum number of scans in the page, up to the failure."""
 
 
 class FailedTest(NamedTuple):
-    """A test that has failed."""
+    """A failed test."""
 
     name: str  # as pytest shows it
     message: str
@@ -31,7 +31,7 @@ class FailedTest(NamedTuple):
 
 
 def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: float, test: FailedTest) -> str:
-    """Write the page of a recording beside it; return the line of the report.
+    """Write a recording's page next to it; return the line for the report.
 
     Args:
         shown: name of the trace in the report.

@@ -41,9 +41,9 @@ class RoutineFile(pytest.File):
 
 
 class RoutineTest(pytest.Item):
-    """A test routine: it runs after its rack's program in each scan, for its time.
+    """A test routine, which runs after its rack's program in each scan until its time is up.
 
-    It passes if each of its ASSERTs was reached, and no ASSERT of the program was false.
+    It passes if each of its ASSERTs was reached and no ASSERT in the program was false.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class RoutineTest(pytest.Item):
 
 
 def _fault_text(error: CpuFault) -> str:
-    """Return a fault with the line and the instruction of the program."""
+    """Return the text of a fault, with the program line and instruction that caused it."""
     fault = error.__cause__
     if not isinstance(fault, LadderFault):
         return str(error)
@@ -96,7 +96,7 @@ def _fault_text(error: CpuFault) -> str:
 
 
 def _picture_of(bench: Bench, fault: CpuFault) -> str:
-    """Return the rung of a fault with its power and values; "" for a line of structured text."""
+    """Return a drawing of the faulted rung with power and values; "" for a line of structured text."""
     if fault.fault.site.rung is None or fault.fault.site.unit != "rung":
         return ""
     return str(bench.program.picture(fault.fault.site.routine, [fault.fault.site.rung]))

@@ -1,7 +1,7 @@
 """`pytest --rung-coverage`: the coverage of the programs that tests opened on the bench.
 
-The page `rung-coverage.html` is written to the folder of pytest's configuration. Under pytest-xdist each
-process collects coverage, and the first process combines it.
+The page `rung-coverage.html` is written to the folder that contains pytest's configuration. Under
+pytest-xdist each process collects coverage, and the first process combines it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class CoverageReport:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object) -> None:
-        """Add the coverage of a worker; a killed worker has sent nothing."""
+        """Add the coverage of a worker, if it sent any before it ended."""
         self._coverage.merge(getattr(node, "workeroutput", {}).get(KEY, {}))
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:

@@ -10,7 +10,7 @@
 | `play`, `recorded_session` | a session with its branches; a recording |
 | `editor`, `announcing` | edits of the program; announcements of edits and branches |
 | `monitor_supervisor` | starts the monitor process, and restarts it when it dies |
-| `server`, `gate`, `text` | files and the socket; access rules, in tables; the view in a terminal |
+| `server`, `gate`, `text` | files and the socket; tables of access rules; the view in a terminal |
 | `monitors/` | the data of pages, and answers to their questions; long questions have their own process |
 | `history/` | reconstruction of any scan: images, tags, power, events, lanes, the strip |
 | `web/` | the page |

@@ -89,7 +89,7 @@ def _watch_recording(options: WatchArguments) -> int:
 
 
 def _check_live(options: WatchArguments, factor: float | None) -> None:
-    """Raise ValueError for options that real ports do not allow, or that need real ports."""
+    """Raise ValueError for options that can't be used with real ports, or that need real ports."""
     if options.live and (options.paused or factor != 1):
         raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
     if options.control and not options.live:

@@ -1,4 +1,4 @@
-"""Programs that are loaded while another one runs: from disk, or with an edited file."""
+"""Programs that are loaded while another one runs, either from disk or with an edited file."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class EditedPrograms:
         return job
 
     def with_file(self, data: bytes) -> tuple[ProgramVersion, LoadedRack]:
-        """Load the running version with new contents of the program's file; return version and program."""
+        """Load the running version with new contents for its file; return the version and program."""
         files = {**self.running.files, self.name: data}
         copy = self.versions.with_copy(replace(self.running, files=files, retained=None))
         return copy, self.load(copy)
@@ -147,7 +147,7 @@ class EditedPrograms:
         return job
 
     def reloaded(self) -> tuple[LoadedRack, list[Json]]:
-        """Return another copy of the running program, and its findings."""
+        """Load another copy of the running program; return it with its findings."""
         number = self._run.program.edits
         if self._reloaded is None or self._reloaded[0] != number:
             job = self.with_file(self.running.files[self.name])[1]

@@ -2,11 +2,11 @@
 
     file      saved
     thread          loaded, built, compiled
-    scans     n     n+1   n+2 | n+3            scan n+3 is the first of the edited program
+    scans     n     n+1   n+2 | n+3            the edited program starts in scan n+3
 
 A ladder program keeps the values of its tags, as in an online edit. A `Logic` program keeps its fields, and
 its sequences continue, see `ladder.python.online`. A Python function restarts. After a mistake the page
-shows the file and line, and the running program continues. A text edited in a page is previewed, and
+shows the file and line, and the running program continues. A text edited in a page is previewed first, and is
 saved only when the page accepts it. With --preview a saved file is also previewed first.
 `online` handles edits of drawn rungs, `typed_text` edits of the text. An edit is an action that is recorded
 with the program's files, see `jobs.record.program_versions`.
@@ -41,7 +41,7 @@ CHECK_S = 0.3
 """Interval between two checks of the file, s."""
 
 Takeover = Callable[[], Edit | None]
-"""Called between two scans; returns the action of an edit, or sends something to the page and returns None.
+"""Called between two scans; returns the edit's action, or sends the page a message and returns None.
 """
 
 
@@ -54,14 +54,14 @@ class EditManner(NamedTuple):
 
 
 class Exchange(NamedTuple):
-    """A replacement of the program before the next scan, which the session may refuse."""
+    """A request to replace the program before the next scan, which the session may refuse."""
 
     takeover: Takeover
     follow: Callable[[], None] = lambda: None  # called afterwards in the thread, also after a refusal
 
 
 class Editor:
-    """The thread that checks the program's file and edits of pages, and passes on edited programs.
+    """The thread that checks the program's file and the edits from pages, and passes on edited programs.
 
     Args:
         hand_over: receives a `Takeover`, to be called between two scans.
@@ -105,7 +105,7 @@ class Editor:
         self._thread.join()
 
     def load_soon(self, restart: str = "") -> None:
-        """Request that the thread loads the program's file; for `restart` see `actions.Reload`."""
+        """Ask the thread to load the program's file; for `restart` see `actions.Reload`."""
         self._restart, self._reload_requested = restart, True
         self._wake.set()
 
@@ -139,7 +139,7 @@ class Editor:
                 self._hand_over(partial(self._send, {"mistake": mistake}))
 
     def _attend(self) -> None:
-        """Answer pages, then load or preview the program's file if it was saved or a reload is requested."""
+        """Answer pages, then load or preview the program's file if it was saved or should be reloaded."""
         while self._requests:
             self._follow()  # the page may already know these outcomes from an earlier answer
             self._answer(*self._requests.popleft())
@@ -206,7 +206,7 @@ class Editor:
         return Exchange(partial(self._edit, edition, job, restart), follow)
 
     def _edit(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
-        """Return the action that continues with a program; None if it already runs or can't be used."""
+        """Return the action that switches to a program; None if it is already running or can't be used."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
             self._send({"mistake": None})
@@ -223,7 +223,7 @@ class Editor:
     # --- answers
 
     def _answer(self, action: ToEditor, reply: Reply) -> None:
-        """Carry out an action in the thread; hand over its answer, which is sent between two scans."""
+        """Carry out an action in the thread, and hand over the answer to be sent between two scans."""
         exchange: Exchange | None = None
         try:
             if isinstance(action, Source):
@@ -281,7 +281,7 @@ class Editor:
         return make_answer
 
     def _preview_saved(self) -> None:
-        """Send pages a preview of the saved file, or None without changes; the program does not change."""
+        """Send pages a preview of the saved file, or None if it is unchanged; do not change the program."""
         make_preview = self._typed.preview_saved()
 
         def send() -> None:
@@ -292,7 +292,7 @@ class Editor:
 
 
 def _reportable(error: Exception) -> Exception:
-    """Return an error for the page: an unexpected one is a ValueError with the name of its type."""
+    """Return the error to show on the page; an unexpected one becomes a ValueError that names its type."""
     if isinstance(error, ValueError | OSError):
         return error
     return ValueError(f"it can't be carried out: {type(error).__name__}: {error}")

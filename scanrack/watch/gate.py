@@ -1,11 +1,11 @@
-"""Access rules for requests of browsers, as tables of hosts, origins and headers.
+"""Access rules for requests from browsers, as tables of hosts, origins and headers.
 
     Host        one of ours              otherwise 421: another name for this address (DNS rebinding)
     Origin      one of ours, or none     otherwise 403: another site
     path        in the table of files    otherwise 404
     key         in the first message     otherwise the socket is closed
 
-It uses no cookies, since browsers share them between ports.
+Cookies are not used, since browsers share them between ports.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Answer(NamedTuple):
 
 
 class Gate:
-    """The check of requests, and the answers with files."""
+    """Checks requests, and answers them with files."""
 
     def __init__(self, host: str, port: int, key: str) -> None:
         names = [host] if host not in _LOOPBACK else list(_LOOPBACK)
@@ -69,11 +69,11 @@ class Gate:
     def respond(
         self, path: str, host: str | None, origin: str | None, *, accepts: str = "", cached: str = ""
     ) -> Answer | None:
-        """Answer a request; return None if it is allowed to open a socket.
+        """Return the answer to a request; None if the request may open a socket.
 
         Args:
-            accepts: the encodings that the browser accepts, from its header Accept-Encoding.
-            cached: the entity tags of files in the browser's cache, from its header If-None-Match.
+            accepts: the encodings that the browser accepts, from its Accept-Encoding header.
+            cached: the entity tags of files in the browser's cache, from its If-None-Match header.
         """
         if host is None or host.lower() not in self._hosts:
             return _refusal(421, "unknown host name")
@@ -110,7 +110,7 @@ _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
 def _accepts_gzip(accepts: str) -> bool:
-    """Return whether a header Accept-Encoding allows gzip [RFC 9110, section 12.5.3]."""
+    """Return whether an Accept-Encoding header allows gzip [RFC 9110, section 12.5.3]."""
     parameters = {}
     for coding in accepts.split(","):
         name, _, parameters[name.strip().lower()] = coding.partition(";")

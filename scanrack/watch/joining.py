@@ -7,7 +7,7 @@
     /dom.js    for scripts of tests           export { at$1 as at } from "./page.js";
 
 A module's name gets the module's number everywhere in the module, even where a local variable has the same
-name. Names of properties stay.
+name. Names of properties do not change.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class _Module(NamedTuple):
 
 
 def joined(modules: Mapping[str, str]) -> PageScript:
-    """Join modules, which are texts by name, in the order in which `main.js` runs them.
+    """Join modules, given as texts by name, in the order in which `main.js` runs them.
 
     Raises:
         ValueError: a module imports a name that the other module does not export.
@@ -192,7 +192,7 @@ def _cut_out(text: str) -> tuple[str, list[str]]:
 
 
 def _join_line(line_break: re.Match[str]) -> str:
-    """Return a line break without the next line's indentation; the bracket or comma before it, if any."""
+    """Return what replaces a line break: the bracket or comma before it, if any, otherwise a line break."""
     return line_break[1] or "\n"
 
 
@@ -268,7 +268,7 @@ def _new_name(
     spaces: Mapping[str, Mapping[str, str]],
     kind: str,
 ) -> tuple[str, int]:
-    """Return the replacement for a name in brackets of a kind, and the index where the code continues."""
+    """Return the replacement for a name within braces of a kind, and the index where the code continues."""
     name, end = match[0], match.end()
     text_before, text_after = code[max(0, match.start() - 40) : match.start()], code[end : end + 40].lstrip()
     chained = text_before.rstrip(" \n")

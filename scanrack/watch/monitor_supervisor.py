@@ -1,4 +1,4 @@
-"""The supervisor of the monitor process, which restarts it when it dies while scans continue."""
+"""The supervisor of the monitor process, which restarts the monitor if it dies while scans continue."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ PATIENCE_S = 2
 """Time limit for a monitor to end, s."""
 
 GRACE_S = 0.05
-"""Wait for the end of the session before a monitor is restarted, s."""
+"""Time to wait for the end of the session before restarting a monitor, s."""
 
 STARTS_MOST = 10
-"""Maximum restarts in a row."""
+"""Maximum number of restarts in a row."""
 
 SOON_NS = 30_000_000_000
-"""A monitor that lived longer than this begins a new row of restarts, ns."""
+"""Lifetime of a monitor after which its death starts a new count of restarts, ns."""
 
 PAUSES_S = (0, 0.2, 1, 3)
 """Delays before a restart, by number of deaths in a row, s. The last one applies to all later deaths."""
@@ -58,7 +58,7 @@ class MonitorSupervisor:
         )
 
     def watch(self, inbox: PipeInbox) -> None:
-        """Begin to restart the monitor when it dies, and connect each monitor to the queue of actions."""
+        """Start restarting the monitor when it dies, and connect each monitor to the queue of actions."""
         self._inbox = inbox
         self._thread.start()
 
@@ -79,7 +79,7 @@ class MonitorSupervisor:
 
     @property
     def pid(self) -> int:
-        """Process id of the monitor."""
+        """Process ID of the monitor."""
         return self._process.pid
 
     def _start(self) -> Connection:

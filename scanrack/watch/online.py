@@ -11,9 +11,9 @@
     try        any                     testing    the program's file, saved in an editor
     take       any                     assembled  the program's file, saved in an editor
 
-All pages share one accepted edit; the state has its rungs and the page that accepted it. A step has in
-`base` the digest that its page knows: of the running program for accept and save, of the edit for other
-steps. The step is refused if the program or the edit has changed since.
+All pages share one accepted edit; the state has its rungs and the page that accepted it. In `base`, a step
+has the digest that its page has seen: for accept and save that of the running program, otherwise that of the
+edit. The step is refused if the program or the edit has changed since.
 
 A step that replaces the program is recorded as an `Edit` with all files, so that a replay of the trace runs
 the same programs in the same scans.
@@ -63,7 +63,7 @@ MOVES: Mapping[str, Move] = {
 """The steps by name, as in the table of the module."""
 
 FILE_STEPS = ("try", "take")
-"""Steps with the program's file as saved in an editor. Pages do not use them."""
+"""Steps that use the program's file as saved in an editor. Pages do not use them."""
 
 
 class AcceptedEdit(NamedTuple):
@@ -76,7 +76,7 @@ class AcceptedEdit(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step that was taken, with the previous state for `OnlineEdit.undo`."""
+    """A completed step, with the previous state for `OnlineEdit.undo`."""
 
     version: ProgramVersion  # the version that runs after the step
     job: LoadedRack | None  # its program, which no engine has used yet; None if it already runs
@@ -162,7 +162,7 @@ class OnlineEdit:
         self._check_seen(action, running)
 
     def _check_seen(self, action: Online, running: ProgramVersion) -> None:
-        """Raise ValueError if the page of a step knows another program or edit."""
+        """Raise ValueError if the program or edit has changed since the step's page last saw it."""
         if action.step in ("accept", "save"):
             if (action.base or action.step == "accept") and action.base != self._digest(running):
                 raise ValueError("the program has changed meanwhile; edit the one that runs now")

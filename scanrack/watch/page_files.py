@@ -1,4 +1,4 @@
-"""The files of the page, prepared for browsers: all modules in one script, the style inside of the page.
+"""The files of the page, prepared for browsers: all modules in one script, and the style inline.
 
 /              index.html with watch.css in it
 /page.js       all modules, see `joining`
@@ -41,7 +41,7 @@ class ServedFile:
 
     @cached_property
     def packed(self) -> bytes:
-        """The body in gzip."""
+        """The body, compressed with gzip."""
         return gzip.compress(self.body, 9, mtime=0)
 
     @cached_property

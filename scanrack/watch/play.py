@@ -1,4 +1,4 @@
-"""A session and its branches: the scan process of `scanrack watch RACK`.
+"""A session and its branches, run in the scan process of `scanrack watch RACK`.
 
     session    0 ------------- 12,345 ------------- 20,000
     branch                     `- 12,345 ----------------- ...     a new rack, with the same actions up to
@@ -120,7 +120,7 @@ class Play:
         return self.play_prepared(job)
 
     def _open_services(self, job: LoadedRack) -> None:
-        """Open the ports for clients of tags; raise ValueError if one can't be used."""
+        """Open the ports for tag clients; raise ValueError if one can't be used."""
         options = self._options
         self._services = TagServices(job, options.servers, complain, writes=not options.read_only)
         self._stack.callback(self._services.end)
@@ -190,7 +190,7 @@ class Play:
 
         Args:
             scan: the first scan that may differ.
-            paused: whether the branch begins paused.
+            paused: whether the branch starts paused.
 
         Raises:
             ValueError: a branch is impossible; nothing has changed.
@@ -204,7 +204,7 @@ class Play:
             raise ValueError(f"the trace of a branch can't be written: {reason(error)}") from error
 
     def _trace(self, start: Start) -> Path:
-        """Return the path of the trace: a temporary file without `--record`."""
+        """Return the path of the trace, a temporary file unless `--record` is given."""
         record_path = self._options.arguments.record
         if record_path is None:
             return _unused(self._folder / "session.mcap")
@@ -312,7 +312,7 @@ class Play:
             webbrowser.open(link)
 
     def _hold_clients(self, on_hold: bool) -> None:
-        """Make clients of tags wait while actions are repeated."""
+        """Make tag clients wait while actions are repeated."""
         if self._services is not None:
             self._services.rest(on_hold)
 

@@ -28,17 +28,17 @@ NEAR = 3
 """Number of unchanged lines shown before and after a change."""
 
 MOST_ROWS = 600
-"""Maximum number of lines of a difference that a page gets."""
+"""Maximum number of diff lines that a page gets."""
 
 MOST_COMPARED = 4_000_000
-"""Maximum product of the line counts of two changed parts that are compared line by line."""
+"""Maximum product of the line counts of two changed parts to compare line by line."""
 
 MOST_NAMES = 200
 """Maximum number of names in a group that a page gets."""
 
 
 def mistake_of(error: Exception, program: Path) -> Json:
-    """Return a mistake for a page: text, the program's file, and the line or None.
+    """Return a mistake for a page as its text, the program's file, and the line or None.
 
     >>> from scanrack.io_images.site import Site, SiteError
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))

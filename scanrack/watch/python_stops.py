@@ -1,4 +1,4 @@
-"""Breakpoints of a Python program or a list of steps: on a line that runs, or on a value that changes.
+"""Breakpoints in a Python program or list of steps, on a line that runs or a value that changes.
 
 The session pauses after the scan.
 """
@@ -56,7 +56,7 @@ class PythonStops(Observer):
             rung: line number, from 1.
 
         Raises:
-            ValueError: it is another file, or no statement of a scan is on the line.
+            ValueError: the file is not the program's, or the line has no statement that a scan runs.
         """
         if routine.casefold() != self._file.name.casefold():
             raise ValueError(f"no file {routine}; the program is {self._file.name}")

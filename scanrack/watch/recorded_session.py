@@ -1,4 +1,4 @@
-"""`scanrack watch TRACE`: a trace in the page of a running rack."""
+"""`scanrack watch TRACE`: shows a trace in the same page as a running rack."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ class OpenedRecording:
             )
 
     def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
-        """Return the monitor of the trace; without `prepare` it has no branches."""
+        """Return the monitor of the trace; without `prepare`, it can't branch."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         facts = SessionFacts(
@@ -209,7 +209,7 @@ class OpenedRecording:
         return monitor
 
     def _sources(self) -> list[Source]:
-        """Return the programs in the order of their scans; without logic if they can't be used."""
+        """Return the programs in the order of their scans; a program that can't be used has no logic."""
         if self.job is None or self._editions is None:
             return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
         sources = [Source(0, self.job.logic, self.job.program)]

@@ -1,4 +1,4 @@
-"""The server of a monitor: files, and a socket per page. No other module imports `websockets`."""
+"""The server of a monitor, with files and a socket per page. No other module imports `websockets`."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .monitors.page import Page
 from .monitors.questions import handle_message
 
 HZ, IDLE_HZ = 30, 10
-"""Frames per second with pages, and without."""
+"""Frames per second with open pages, and without any."""
 
 BUSY_S = 0.025
-"""Maximum time that a monitor works between two frames, s."""
+"""Maximum time for which a monitor works between two frames, s."""
 
 MESSAGE_MOST = 1 << 16
 OUTBOX_MOST = 200
@@ -38,7 +38,7 @@ STRANGERS_MOST = 16
 """Maximum number of sockets that have not sent the key yet."""
 
 KEY_S = 5
-"""Time limit of a socket to send the key, s."""
+"""Time within which a socket must send the key, s."""
 
 WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
 """Status codes for closing a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
@@ -52,7 +52,7 @@ class Server:
         self._strangers = 0
 
     def run(self, listening: socket.socket) -> None:
-        """Serve until the scan process ends, or a trace continues as a session."""
+        """Serve until the scan process ends or a trace continues as a session."""
         quiet(*CLIENT_LOGS)
         # Windows' default loop keeps a listening socket to itself, so that the next monitor could not use it
         with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:

@@ -23,7 +23,7 @@ EVENTS = 8
 
 
 class TextView:
-    """A listener that shows a session in the terminal, without a delay of the scan loop."""
+    """A listener that shows a session in the terminal without delaying the scan loop."""
 
     def __init__(self, name: str, rack: Rack, session: Session, pacer: AdjustablePace) -> None:
         self._name, self._rack, self._session, self._pacer = name, rack, session, pacer

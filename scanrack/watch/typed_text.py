@@ -1,4 +1,4 @@
-"""Edits of a program's text in a page: what a page may edit, and the preview of an edit."""
+"""Edits of a program's text in a page: which programs a page may edit, and the preview of an edit."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TypedText:
         return {"file": program.name, "text": "" if obstacle else text, "base": base, "lacks": obstacle}
 
     def check(self, draft: Draft) -> None:
-        """Raise ValueError if a page may not edit the program, or its draft has another base."""
+        """Raise ValueError if a page may not edit the program, or its draft has a different base."""
         source = self.source()
         if source["lacks"]:
             raise ValueError(source["lacks"])
@@ -54,13 +54,13 @@ class TypedText:
             raise ValueError(f"{source['file']} was changed by another program; reload it, then edit")
 
     def preview(self, draft: Draft) -> Answer:
-        """Load an edited text with a copy of the running files; return a function that makes its preview."""
+        """Load an edited text with a copy of the running files; return a function that makes a preview."""
         data = draft.text.encode()
         load = lambda: self._programs.with_file(data)[1]  # noqa: E731
         return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
 
     def preview_saved(self) -> Answer:
-        """Load the text that another program has saved; return a function that makes its preview."""
+        """Load the text that another program has saved; return a function that creates its preview."""
         return self._previewed(self._programs.saved_text(), "", self._programs.from_disk, effects=True)
 
     def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool) -> Answer:
@@ -86,7 +86,7 @@ class TypedText:
 
 
 def effects_between(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
-    """Return the possible effects of an edit of rungs; empty for other programs."""
+    """Return the possible effects of editing rungs; empty for other programs."""
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()
     return effects_of(running.logic, edited.logic)

@@ -1,4 +1,4 @@
-"""Compares two traces: finds the first scan that differs, and all differences.
+"""Compares two traces, and finds the first scan that differs and all differences.
 
     with open_trace("a.mcap") as a, open_trace("b.mcap") as b:
         comparison = compare(a, b, Tolerance(time_ns=4_000_000, counts=2))

@@ -1,4 +1,4 @@
-"""Aligns the clocks of two traces: by their first scans, or by the rises of a bit.
+"""Aligns the clocks of two traces by their first scans or by a bit's rising edges.
 
 first trace     0 ----- rise --------- rise ------------ rise ---
 second trace    7 ------- rise ---------- rise --------- rise ---
@@ -45,7 +45,7 @@ SAME_CLOCK = TimeMap()
 
 
 def align(a: Trace, b: Trace, event: str) -> TimeMap:
-    """Return the clock that makes an event simultaneous in both traces.
+    """Return the time conversion that makes an event simultaneous in both traces.
 
     Args:
         event: "start" for the first scan, or the name of a bit for the first scan in which the bit rises.
@@ -57,10 +57,10 @@ def align(a: Trace, b: Trace, event: str) -> TimeMap:
 
 
 def realign(a: Trace, b: Trace, bit: str) -> TimeMap:
-    """Return the clock that makes each rise of a bit simultaneous in both traces.
+    """Return the time conversion that makes each rise of a bit simultaneous in both traces.
 
-    Small delays, as on a real machine, therefore do not accumulate. If one trace has more rises, its last
-    ones are ignored.
+    Small delays, such as those on a real machine, therefore do not accumulate. If one trace has more rises,
+    its last ones are ignored.
 
     Raises:
         ValueError: a trace has no such bit, or the bit never rises in it.
@@ -70,7 +70,7 @@ def realign(a: Trace, b: Trace, bit: str) -> TimeMap:
 
 
 def _times_of(trace: Trace, event: str) -> tuple[int, ...]:
-    """Return the times of an event, ns; at least one."""
+    """Return the times of an event, ns. There is at least one."""
     if event == START:
         return (next(int(block.time_ns[0]) for block in blocks(trace)),)
     signal = Catalog.of(trace)[event]

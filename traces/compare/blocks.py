@@ -11,8 +11,8 @@ by time      each scan is compared with the scan in force in the other trace at 
     b         |  o  |  o  |  o  |  o  |
                  <-- tolerance -->
 
-By time, a block of one trace also needs the scans of the other trace within the tolerance. These
-scans stay in memory. So do the scans before a difference that a report shows.
+If scans are paired by time, a block of one trace also needs the scans of the other trace within the
+tolerance. These scans stay in memory, as do the scans before a difference that a report shows.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from .findings import LOOKED_AT
 from .stream import Keys, Rows, Side, Stream
 
 BLOCK_SCANS = 1 << 14
-"""Maximum scans of a trace in a block, if neither trace has a gap."""
+"""Maximum number of scans of a trace in a block, if neither trace has a gap."""
 
 
 class Windows(NamedTuple):
-    """Rows of one trace, each with the rows of the other trace that it is compared with, its window."""
+    """Rows of one trace, each with its window: the rows of the other trace to compare it with."""
 
     rows: Rows  # the rows that can be judged, ascending
     in_force: Rows  # for each row, the row of the other trace in force at its time
@@ -58,7 +58,7 @@ NO_ROWS = np.zeros(0, np.intp)
 
 
 def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[ComparedBlock]:
-    """Yield two traces block by block, with scans paired by number; a block has only differing pairs."""
+    """Yield two traces block by block, with scans paired by number; a block has only unequal pairs."""
     while _read_rows(a, b, block_scans):
         end_a, end_b = _ends_by_number(a, b, block_scans)
         rows_a, rows_b = _pairs(a.keys[a.row : end_a], b.keys[b.row : end_b])
@@ -107,7 +107,7 @@ def _pairs(a: Keys, b: Keys) -> tuple[Rows, Rows]:
 
 
 def _unequal(a: Columns, b: Columns) -> Rows:
-    """Return the rows with different times, flags, words or tags."""
+    """Return the rows in which the times, flags, words or tags differ."""
     is_unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
     if not np.array_equal(a.words, b.words):
         is_unequal |= (a.words != b.words).any(axis=1)
@@ -117,7 +117,7 @@ def _unequal(a: Columns, b: Columns) -> Rows:
 
 
 def _some_rows(columns: Columns, rows: Rows) -> Columns:
-    """Return some rows, ascending; adjacent rows are not copied."""
+    """Return the given rows, which must be ascending; adjacent rows are not copied."""
     if len(rows) and rows[-1] - rows[0] + 1 == len(rows):
         return columns.rows(rows[0], rows[-1] + 1)
     return columns.at(rows)
@@ -126,8 +126,8 @@ def _some_rows(columns: Columns, rows: Rows) -> Columns:
 def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[ComparedBlock]:
     """Yield two traces block by block, with scans paired by time.
 
-    A scan of the second trace is in the block with the first trace's scan in force at its time. A block is
-    therefore longer where the first trace has a gap.
+    A scan of the second trace is in the same block as the first trace's scan that is in force at its time. A
+    block is therefore longer where the first trace has a gap.
     """
     _skip_early_scans(b, a, tolerance_ns)
     while _read_rows(a, b, block_scans) and a.row < len(a):
@@ -149,11 +149,11 @@ def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) ->
 def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
     """Return the windows of a block's rows in the other trace, by time.
 
-    A scan is in force until the next scan. A row has a counterpart if it is within the other trace's ends
-    plus the tolerance. It is judged only if the other trace has all scans of its window.
+    A scan is in force until the next scan. A row has a counterpart if its time is within the other trace's
+    range, extended by the tolerance. It is judged only if the other trace has all scans of its window.
 
     Args:
-        end: the block's end row in `own`; it begins at `own.row`.
+        end: the block's end row in `own`; the block starts at `own.row`.
     """
     if other.first_key is None:
         return Windows(NO_ROWS, NO_ROWS, NO_ROWS, NO_ROWS)
@@ -187,7 +187,7 @@ def _skip_early_scans(stream: Stream, other: Stream, tolerance_ns: int) -> None:
 
 
 def _end_by_time(a: Stream, b: Stream, block_scans: int) -> int:
-    """Return the row of the first trace at which the next block ends, at least one row after its begin."""
+    """Return the row of the first trace at which the next block ends, at least one row after its start."""
     end = min(len(a), a.row + block_scans)
     if len(b) > b.row + block_scans:
         end = min(end, a.row_of(int(b.keys[b.row + block_scans])))
@@ -195,7 +195,7 @@ def _end_by_time(a: Stream, b: Stream, block_scans: int) -> int:
 
 
 def _begin_next_block(a: Stream, b: Stream, end_a: int, end_b: int, tolerance_ns: int) -> None:
-    """Begin the next block; drop rows that neither its windows nor a report need."""
+    """Begin the next block; drop rows that neither its windows nor a report needs."""
     if end_a == len(a):
         a.row, b.row = end_a, end_b
         return

@@ -48,9 +48,9 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Whether both traces have the same slots and equal scans, and neither trace has more scans.
+        """Whether both traces have the same slots and equal scans, and neither has extra scans.
 
-        Metadata and sequences may differ: equal images are equal even if the programs are not.
+        Metadata and sequences may differ, since images can be equal even if the programs are not.
         Traces with aligned clocks may begin and end at different times.
         """
         if self.first is not None or self.slots_only_a or self.slots_only_b:
@@ -71,13 +71,13 @@ def compare(
     """Compare two traces.
 
     Without a tolerance, scans are paired by number, and all bits and times count. With a tolerance, scans are
-    paired by time, see `differing`. Both traces are read block by block, so memory does not depend on their
-    length; a block also has the scans within the tolerance.
+    paired by time, see `differing`. Both traces are read block by block, so memory use does not depend on
+    their length; a block also has the scans within the tolerance.
 
     Args:
         clock: converts times of the second trace to times of the first, see `align`; with any clock but
             `SAME_CLOCK`, scans are paired by time.
-        progress: called at each chunk with the number of scans of the first trace in it.
+        progress: called for each chunk with the number of scans it has from the first trace.
     """
 
     def read_parts() -> Iterator[Columns]:
@@ -118,7 +118,7 @@ def compare_parts(
     formats: NumberFormats | None = None,
     block_scans: int = BLOCK_SCANS,
 ) -> Comparison:
-    """Compare traces that are read part by part, see `compare`.
+    """Compare traces that are read in parts, see `compare`.
 
     Args:
         a: slots and scans of the first trace.
@@ -127,10 +127,10 @@ def compare_parts(
             times.
         tags: the recorded tags of the scans; None if they have none.
         formats: number formats of modules whose configuration selects them.
-        block_scans: maximum scans compared at once, 1 or more. The result does not depend on it.
+        block_scans: maximum number of scans to compare at once, 1 or more. The result does not depend on it.
 
     Raises:
-        ValueError: scans are paired by time, and a scan of a trace has an earlier time than the scan before.
+        ValueError: scans are paired by time, and a scan has an earlier time than the scan before it.
     """
     (slots_a, parts_a), (slots_b, parts_b) = a, b
     numbers_a, numbers_b = ({slot.number for slot in slots} for slots in (slots_a, slots_b))
@@ -175,7 +175,7 @@ def compare_parts(
 
 
 def _heads(a: Trace, b: Trace, tags: CommonTags) -> tuple[Difference, ...]:
-    """Return the metadata that differ, and the tags that only one trace has."""
+    """Return the metadata that differs, and the tags that only one trace has."""
     metadata_a, metadata_b = a.head.metadata, b.head.metadata
     names = dict.fromkeys([*metadata_a, *metadata_b])
     heads = [
@@ -191,8 +191,8 @@ def _heads(a: Trace, b: Trace, tags: CommonTags) -> tuple[Difference, ...]:
 def differing_sequences(a: Trace, b: Trace, *, exact: bool) -> Iterator[Difference]:
     """Yield the first differing step of each sequence whose waits differ in the two traces.
 
-    Line numbers do not count, because an added comment changes those below it. Both traces are read side by
-    side, so memory does not depend on the number of steps.
+    Line numbers do not count, because an added comment changes the line numbers below it. Both traces are
+    read side by side, so memory use does not depend on the number of steps.
 
     Args:
         exact: whether a wait must also begin in the same scan.

@@ -1,8 +1,9 @@
 """Finds the fields that differ in a block of two traces.
 
-Each trace must have the other's values in a window, the scans within the tolerance in time. A word, or the
-level of a bit, must occur in the window. A count must be between the least and the greatest count in the
-window, plus or minus the tolerance in counts. An edge may therefore be early or late by that time.
+Each trace must have the other's values within a window, which is the scans within the time tolerance. A word,
+or the level of a bit, must occur in the window. A count must be between the least and the greatest count in
+the window, plus or minus the tolerance in counts. An edge may therefore be early or late by up to the time
+tolerance.
 
 If scans are paired by number, the window is a single scan and every bit counts.
 """
@@ -61,7 +62,7 @@ def _unequal_images(own: Array, other: Array, windows: Windows) -> _UnequalImage
 
 
 def _missing(field: Field, images: _UnequalImages, counts: int | None) -> FieldDifference:
-    """Return the scans whose value the other trace lacks within the tolerance; `rows_a` has their rows."""
+    """Return the scans whose value is missing from the other trace within the tolerance, as `rows_a`."""
     keys, keys_in_force = field.key(images.own), field.key(images.in_force)
     unequal = np.flatnonzero(keys != keys_in_force)
     keys, keys_in_force, windows = keys[unequal], keys_in_force[unequal], images.windows.at(unequal)
@@ -100,10 +101,10 @@ def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int)
 
 
 def _merged(missing_in_b: FieldDifference, missing_in_a: FieldDifference) -> FieldDifference:
-    """Merge the differences of both directions; each row of the first trace occurs once.
+    """Merge the differences from both directions; each row of the first trace occurs once.
 
     Args:
-        missing_in_a: its `rows_a` are rows of the second trace, because the traces change places.
+        missing_in_a: its `rows_a` are rows of the second trace, because the traces are swapped.
     """
     if not len(missing_in_a.rows_a):
         return missing_in_b
@@ -121,7 +122,8 @@ def _merged(missing_in_b: FieldDifference, missing_in_a: FieldDifference) -> Fie
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
     """Return the result of `join` over each window of some values, such as the least or greatest value.
 
-    A window of any length is covered by two windows with a power of two as length, which may overlap. Values
+    A window of any length is covered by two windows whose length is a power of two and which may overlap.
+    Values
     of longer windows are computed from values of windows half as long:
 
     >>> values = np.array([5, 3, 8, 1])
@@ -145,10 +147,10 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
 
 
 def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return for each window of rows whether it contains the searched value.
+    """Return whether each window of rows contains the searched value.
 
-    Every row gets a key that orders the rows by value and then by row. The rows of one value in a window are
-    then a range of keys.
+    Every row gets a key that orders the rows by value and then by row. The rows in a window that have the
+    same value are then a range of keys.
 
     >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
     [False, True]

@@ -1,8 +1,8 @@
 """The compared fields of a scan: bits, decoded values and words, and their tolerances.
 
-In configuration mode, the words of a stepper's image mirror the configuration. A bit or value
-of command mode is therefore 0 or missing in configuration mode. A word of the configuration is
-0 in command mode. Every word is therefore compared once in either mode.
+In configuration mode, the words of a stepper's image mirror the configuration. A bit or value of command mode
+is therefore treated as 0 or missing in configuration mode. A configuration word is treated as 0 in command
+mode. Every word is therefore compared exactly once in each mode.
 """
 
 from __future__ import annotations
@@ -56,13 +56,13 @@ class FieldKind(Enum):
     """Kind of a field."""
 
     BITS = "bits"
-    """A word of sixteen bits, each compared separately."""
+    """A sixteen-bit word whose bits are compared separately."""
 
     COUNT = "count"
-    """A number that the module counts, such as a position; a tolerance in counts applies to it."""
+    """A number in counts, such as a position, to which a tolerance in counts applies."""
 
     VALUE = "value"
-    """A number made of two words."""
+    """A number made up of two words."""
 
     WORD = "word"
 
@@ -86,7 +86,7 @@ class Field:
 
     @property
     def path(self) -> str:
-        """Its name in the trace, such as "slot1.in.position"."""
+        """The field's name in the trace, such as "slot1.in.position"."""
         return f"{self.stem}.{self.name}"
 
     @property
@@ -95,13 +95,13 @@ class Field:
         return self.direction if self.slot is None else f"slot{self.slot}.{self.direction}"
 
     def values(self, images: Array) -> Array:
-        """Return its value in each image: decoded as float64, NaN = no value; else its key as int64."""
+        """Return the decoded value in each image as float64 (NaN = no value), or else the key as int64."""
         if self.value is not None:
             return self.value(images)
         return self.key(images).astype(np.int64)
 
     def words_in(self, image: Array) -> tuple[int, ...]:
-        """Return its words in the first of some images."""
+        """Return the field's words in the first of the given images."""
         if self.slot is None:
             return (int(image[0]),)
         return tuple(int(word) for word in image[0, self.word : self.word + self.words])
@@ -122,7 +122,7 @@ FLAGS = Field(
     lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
     bits=FLAG_BITS,
 )
-"""The CPU's flags without the flag of a late scan, which depends on the computer."""
+"""The CPU's flags without the late-scan flag, which depends on the computer."""
 
 TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
 """The time of a scan; compared where scans are paired by number."""
@@ -133,7 +133,7 @@ LAST = 1 << 63
 
 
 def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) -> list[Field]:
-    """Return the fields of a trace in the order of a report: inputs before outputs, as the logic uses them.
+    """Return the fields of a trace in report order, with inputs before outputs, as the logic uses them.
 
     Args:
         formats: number formats of modules whose configuration selects them; the last format of the trace
@@ -195,7 +195,7 @@ def _bits(word: int, images: Array) -> Array:
 
 
 def _live_bits(mode_word: int, word: int, live_mask: int, images: Array) -> Array:
-    """Return a word; in configuration mode only the bits that mean the same in either mode."""
+    """Return a word; in configuration mode, keep only the bits that have the same meaning in both modes."""
     bits = _bits(word, images)
     return np.where(decode.in_command_mode(images, mode_word), bits, bits & np.uint16(live_mask))
 

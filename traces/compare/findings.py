@@ -1,4 +1,4 @@
-"""Collects the differences of all blocks: the first scan that differs, and the extent of each difference."""
+"""Collects the differences of all blocks: the first scan that differs, and the extent of each one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCANS_BEFORE = 5
 """Number of scans with changes that a report shows before the first difference."""
 
 LOOKED_AT = 4096
-"""Number of earlier scans that are searched for changes."""
+"""Number of earlier scans to search for changes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Detail:
         words_b: the word or words in the second trace.
         a: value of the words in the first trace; None for bits, and for words without a value.
         b: value of the words in the second trace.
-        bits: differing bits: name, level in the first trace, level in the second.
+        bits: differing bits, each with its name, its level in the first trace and its level in the second.
         text_a: value of a tag in the first trace, as text.
         text_b: value of a tag in the second trace, as text.
     """
@@ -190,7 +190,7 @@ def _joined(earlier: Extent, later: Extent) -> Extent:
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
-    """Return the changes in a row, and in the last `SCANS_BEFORE` scans with changes before it."""
+    """Return the changes in a row, and in the last `SCANS_BEFORE` scans before it that have changes."""
     begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     is_changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
@@ -200,7 +200,7 @@ def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row
 
 
 def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:
-    """Return the changes from the previous row to a row."""
+    """Yield the row's changes from the previous row."""
     changes = ChangeRows(slots, flag_names, every=True)
     if row:
         changes.skip(_scan(side, row - 1))
@@ -214,7 +214,7 @@ def _scan(side: Side, row: int) -> Scan:
 
 
 _LONGEST_EXCHANGE_NS = 2_000_000_000
-"""Longest time from an event to its scan: two exchanges of the slowest rack."""
+"""Longest time from an event to its scan, which is two exchanges of the slowest rack."""
 
 
 def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 
 def _equal_count(a: Sequence[Row], b: Sequence[Row]) -> int:
-    """Return the number of equal rows at the beginning."""
+    """Return the number of rows at the beginning that are equal."""
     equal_pairs = takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False))
     return sum(1 for _ in equal_pairs)
 
@@ -79,7 +79,7 @@ def _scans(comparison: Comparison) -> str:
 
 
 def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
-    """Yield the rows of a field: its value or word, and each bit that differs."""
+    """Yield the table rows for a field, which show its value or word and each bit that differs."""
     location = "cpu" if detail.slot is None else f"slot {detail.slot} {detail.direction}"
     words = _words_text(detail)
     if detail.bits:

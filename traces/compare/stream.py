@@ -1,4 +1,4 @@
-"""Scans of one trace, read part by part and dropped block by block.
+"""Scans of one trace, which are read in parts and dropped in blocks.
 
     dropped          in memory                         not read yet
     . . . . . . | o o o o o o o o o o o o o o o o o | . . . . . .
@@ -26,14 +26,14 @@ from .fields import TIME, Array, Field, FieldKind
 Rows = NDArray[np.intp]
 Keys = NDArray[np.int64]
 Keyed = Iterator[tuple[Columns, Keys]]
-"""Parts of a trace, each with a key for every scan; keys never decrease."""
+"""Parts of a trace, each with a key per scan; keys never decrease."""
 
 
 def keyed_by_time(parts: Iterable[Columns], clock: TimeMap) -> Keyed:
     """Yield the parts of a trace with the times of their scans, converted by a clock.
 
     Raises:
-        ValueError: time goes back from one scan to the next.
+        ValueError: time goes backwards from one scan to the next.
     """
     last_time = np.zeros(0, np.int64)
     for columns in parts:
@@ -69,13 +69,13 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
 
 
 class Side(NamedTuple):
-    """Scans of one trace in memory: their columns, and the places of each slot's images."""
+    """Scans of one trace in memory, with their columns and the locations of each slot's images."""
 
     columns: Columns
     places: Mapping[int, ImagePlaces]
 
     def images(self, field: Field, rows: Rows | None = None) -> Array:
-        """Return a field's image in some rows; None = in all rows."""
+        """Return a field's image in the given rows; None = in all rows."""
         if field.kind is FieldKind.TAG:
             assert self.columns.tags is not None, "tags are compared"
             images: Array = self.columns.tags
@@ -145,7 +145,7 @@ class Stream:
         return self._keys[0]
 
     def row_of(self, key: int) -> int:
-        """Return the first row with this key or a greater key."""
+        """Return the first row whose key is at least this key."""
         return int(np.searchsorted(self.keys, key, "left"))
 
     def in_force(self, times_ns: Keys | int) -> Rows:
@@ -158,7 +158,7 @@ class Stream:
 
     @property
     def period_ns(self) -> int:
-        """The estimated duration of the last scan: the average duration of a scan, ns."""
+        """The estimated duration of the last scan, which is the average duration of a scan, ns."""
         assert self.first_key is not None, "scans have been read"
         return (self.last_key - self.first_key) // (self.scans - 1) if self.scans > 1 else 0
 

@@ -82,7 +82,7 @@ class CommonTags:
                 yield Field(None, "tags", name, FieldKind.TAG, 0, 0, key, text=text)
 
     def _shared_codes(self, codes: Array, names: Mapping[int, str]) -> Array:
-        """Convert codes of one trace to codes that both traces share."""
+        """Convert one trace's codes to codes that both traces share."""
         distinct_codes, indexes = np.unique(codes, return_inverse=True)
         texts = [names.get(code, str(code)) for code in distinct_codes.tolist()]
         shared_codes = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
@@ -99,7 +99,7 @@ def _by_name(trace: Trace) -> dict[str, TagField]:
 
 
 def _are_comparable(a: TagField, b: TagField) -> bool:
-    """Return whether two tags have equal lengths, and both or neither have codes of names."""
+    """Return whether two tags have equal lengths, and both or neither have codes for names."""
     return a.tag.length == b.tag.length and (a.tag.type in CODES) == (b.tag.type in CODES)
 
 
@@ -115,14 +115,14 @@ def _dtypes(*fields: TagField) -> list[np.dtype[Any]]:
 
 
 def _are_mixed(a: TagField, b: TagField) -> bool:
-    """Return whether numpy has no exact common type: for LINT with ULINT, and either with a float."""
+    """Return whether numpy has no exact common type, as for LINT with ULINT, or either with a float."""
     types = _dtypes(a, b)
     has_64_bit_integer = any(dtype.kind in "iu" and dtype.itemsize == 8 for dtype in types)
     return has_64_bit_integer and np.result_type(*types).kind == "f"
 
 
 def wide(values: Array) -> Array:
-    """Return numbers of any type as pairs of floats; two pairs are equal only if the numbers are equal.
+    """Return numbers of any type as pairs of floats, which are equal only if the numbers are equal.
 
     The number is the real part times 2**32 plus the imaginary part; both parts have its sign.
 
@@ -158,7 +158,7 @@ def _number_text(value: Any) -> str:
 
 
 def _key(name: str, rows: Array) -> Array:
-    """Return values in a form to compare with ==: NaN equals NaN, and 0.0 equals -0.0."""
+    """Return values in a form that == can compare, where NaN equals NaN and 0.0 equals -0.0."""
     values: Array = rows[name]
     if values.dtype.kind != "f":
         return values

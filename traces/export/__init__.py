@@ -1,4 +1,4 @@
-"""Exports a trace for other programs: data frames, CSV, Parquet, VCD, JSON lines, MCAP. See docs/query.md."""
+"""Exports a trace as data frames, CSV, Parquet, VCD, JSON lines or MCAP. See docs/query.md."""
 
 from .csvfile import write_csv
 from .frames import to_pandas, to_polars

@@ -1,4 +1,4 @@
-"""A trace as a CSV file: a row per scan, bits as 0 and 1, empty cells for missing values."""
+"""A trace as a CSV file, with a row per scan, bits as 0 and 1, and empty cells for missing values."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _lines(columns: Sequence[Column]) -> str:
 def _bits(columns: Sequence[Column]) -> list[str]:
     """Return the adjacent cells of several columns of bits as one text per row, such as "0,1,1".
 
-    This is faster than a text per bit.
+    This is faster than creating a text for each bit.
     """
     rows, width = len(columns[0].values), 2 * len(columns) - 1
     text = np.full((rows, width), ord(","), np.uint8)
@@ -74,7 +74,7 @@ def _cells(column: Column) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a cell [RFC 4180], see `csv_cells`.
+    """Return text as a CSV cell [RFC 4180], see `csv_cells`.
 
     >>> _quoted("FILL"), _quoted('a "b", c'), _quoted("=1")
     ('FILL', '"a ""b"", c"', "'=1")

@@ -1,18 +1,15 @@
 """Decoded values of steppers as one more field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
-A recording does not have them, because they follow from the words. A copy adds them, see `export.write_mcap`.
-Values are float64, NaN in configuration mode; bits are bool. A field's name is its signal's in lower case:
+A recording does not have them, because they follow from the words. Exported copies add them, see
+`export.write_mcap`. Values are float64, NaN in configuration mode; bits are bool. A field's name is its
+signal's name in lower case:
 
     Decoded0123456789ab decoded
     ====...
     MSG: scanrack/Decoded0123456789ab
-    Decoded3601 slot1
-    ====...
+    Decoded3601 slot1 ====...
     MSG: scanrack/Decoded3601
-    float64 speed
-    Decoded3601In inputs
-    Decoded3601Out outputs
-    ====...
+    float64 speed Decoded3601In inputs Decoded3601Out outputs ====...
     MSG: scanrack/Decoded3601In
     float64 position
     ...
@@ -60,7 +57,7 @@ class DecodedValues:
     """The decoded values of a trace's steppers, and their layout.
 
     Args:
-        offset: bytes of the payload between the CDR prefix and the decoded values.
+        offset: number of payload bytes between the CDR prefix and the decoded values.
         formats: number formats of modules whose configuration selects them.
 
     Attributes:
@@ -91,7 +88,7 @@ class DecodedValues:
         )
 
     def rows(self, block: Block) -> NDArray[Any]:
-        """Return the values in every scan of a block, a row each."""
+        """Return the values in every scan of a block, one row per scan."""
         rows = np.zeros(len(block), self.dtype)
         for column in self._columns:
             rows[column.field] = column.signal.read(block)

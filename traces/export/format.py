@@ -1,4 +1,4 @@
-"""A format of export: each module of a format defines one as `FORMAT`, and `formats` lists them."""
+"""An export format; each format's module defines one as `FORMAT`, and `formats` lists them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ..files.guard import FileKind
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportFormat:
-    """A format of export; `scanrack export` and its pages follow from it.
+    """An export format, from which `scanrack export` derives its option and its documentation.
 
     Attributes:
-        name: of its option, letters: "csv" is `--csv OUT`.
+        name: name of its option, letters: "csv" is `--csv OUT`.
         kind: the kind of its files; a file of another kind is not replaced.
         write: writes a trace, see `write_csv`; has no parameter `signals` unless `selects_signals`.
         help: help text of the option.

@@ -1,4 +1,4 @@
-"""A trace as a data frame of pandas or polars, or as an Arrow table.
+"""A trace as a pandas or polars data frame, or as an Arrow table.
 
     with open_trace(path) as trace:
         frame = to_pandas(trace, ["slot1.in.position", "slot1.in.*ERROR"])
@@ -32,7 +32,7 @@ def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 
     Raises:
         MissingExtraError: pandas is not installed.
-        UnknownSignalError: no such signal.
+        UnknownSignalError: a signal does not exist.
         EmptySelectionError: no scan is in the selection.
     """
     pd = need("pandas", "frames")

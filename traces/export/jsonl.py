@@ -1,4 +1,4 @@
-"""A trace as JSON lines: an object per scan, bits as false and true, null for missing values."""
+"""A trace as JSON lines, with an object per scan, bits as false and true, and null for missing values."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Copies a trace and adds decoded values for any viewer: position, speed and status bits of each stepper.
+"""Copies a trace, and adds each stepper's decoded position, speed and status bits for any viewer.
 
     scan, flags, slots, tags      as recorded, byte for byte
     decoded                       after them, see `export.decoded`
 
-`open_trace` reads the copy like the recording, because it ignores fields after `tags`.
+`open_trace` reads the copy like the original recording, because it ignores fields after `tags`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .format import ExportFormat
 
 CHUNK_BYTES = 1 << 20
 CDR_PREFIX_BYTES = 4
-"""Bytes of `CDR_PREFIX`; CDR aligns fields relative to the byte after it."""
+"""Size of `CDR_PREFIX` in bytes; CDR aligns fields relative to the byte after it."""
 
 _PREAMBLE_BYTES = 9  # opcode and length of a record, which its length does not include
 _NEEDED_LATER = (TEXTS.name, SEQUENCES.name)
@@ -52,7 +52,7 @@ def write_mcap(
     Args:
         path: the file, or an open binary stream.
         selection: scans to copy, with their events.
-        progress: called at each block with the number of scans read so far.
+        progress: called for each block with the number of scans read so far.
 
     Raises:
         ValueError: no slot of the trace has a stepper's words.
@@ -102,7 +102,7 @@ class CountingFile:
 
 
 class DecodedRows:
-    """Decoded rows, regrouped in portions of any size.
+    """Decoded rows, regrouped into portions of any size.
 
     Args:
         blocks: the rows, block by block.
@@ -128,7 +128,7 @@ class DecodedRows:
 
 
 class CopyWriter:
-    """Writes a trace's metadata and attachments, and then its scans and events in their order.
+    """Writes a trace's metadata and attachments, and then its scans and events in order.
 
     Args:
         schema: schema of /scan with the decoded values.
@@ -172,7 +172,7 @@ class CopyWriter:
         self.scans += len(recorded)
 
     def add_event(self, event: TraceEvent, selection: Selection) -> None:
-        """Write an event if its scan is selected; later scans need all texts and steps of sequences."""
+        """Write an event if its scan is selected; always write texts and steps, which later scans need."""
         if event.topic in _NEEDED_LATER or selection.has(event.scan, event.now_ns):
             self._writer.add_event(self._channels[event.topic], event.scan, event.now_ns, event.fields)
 

@@ -19,7 +19,7 @@ from .table import Column, table
 PARQUET = beginning("a Parquet file", b"PAR1")
 
 ROWS = 65_536
-"""Minimum rows of a row group except the last: small groups compress badly and are slow to read."""
+"""Minimum rows per row group except the last, since small groups compress poorly and are slow to read."""
 
 
 def write_parquet(

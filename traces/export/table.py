@@ -36,10 +36,10 @@ def table(
 
     Args:
         signals: names or patterns, see `Catalog.matching`.
-        progress: called at each block with the number of scans read so far.
+        progress: called for each block with the number of scans read so far.
 
     Raises:
-        UnknownSignalError: no such signal; raised by the call, before the first block.
+        UnknownSignalError: a signal does not exist; raised by the call itself, before the first block.
         EmptySelectionError: no scan is in the selection.
     """
     chosen_signals = Catalog.of(trace).matching(signals)

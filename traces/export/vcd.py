@@ -50,10 +50,10 @@ def write_vcd(
     Args:
         path: path of the file, which is replaced if it exists.
         signals: names or patterns, see `Catalog.matching`; empty = all listed signals.
-        progress: called at each block with the number of scans read so far.
+        progress: called for each block with the number of scans read so far.
 
     Raises:
-        UnknownSignalError: no such signal.
+        UnknownSignalError: a signal does not exist.
         EmptySelectionError: no scan is in the selection.
     """
     catalog = Catalog.of(trace)
@@ -115,7 +115,7 @@ class Variable:
 
 
 class ExactReal(float):
-    """A float that is written with all its digits: pyvcd writes only sixteen, which may be another number."""
+    """A float that is written with all its digits, since pyvcd writes only sixteen, which can change it."""
 
     @override
     def __format__(self, _spec: str) -> str:
@@ -133,7 +133,7 @@ _DECLARATIONS = {
 
 
 def _declaration(signal: Signal) -> tuple[str, int, str]:
-    """Return a variable's type, size and bounds; viewers show integers with a sign, and wires without one."""
+    """Return a variable's type, size and bounds; viewers show integers as signed, and wires as unsigned."""
     if signal.path == ("cpu", "flags"):
         return "wire", 32, " [31:0]"
     if signal.kind is not SignalKind.NUMBER or not signal.bits:
@@ -142,7 +142,7 @@ def _declaration(signal: Signal) -> tuple[str, int, str]:
 
 
 def _ascii_word(text: str) -> str:
-    """Return a text as a single ASCII word, the only form that a dump allows.
+    """Return text as a single ASCII word, the only form that a dump allows.
 
     >>> _ascii_word("wait for oil"), _ascii_word("")
     ('wait_for_oil', '""')

@@ -1,1 +1,1 @@
-"""Writing files completely or not at all, locking them, and keeping earlier ones."""
+"""Writes files completely or not at all, locks them, and keeps earlier versions."""

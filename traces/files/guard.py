@@ -31,11 +31,11 @@ Used = Mapping[Path, str]
 NOTHING: Used = MappingProxyType({})
 
 LOOK_BYTES = 1024
-"""Bytes at the beginning of a file that determine its kind."""
+"""Number of bytes at the beginning of a file that determine its kind."""
 
 
 class OwnedError(ValueError):
-    """An output would replace a file that it may not replace; the message names the file and the remedy."""
+    """An output must not replace an existing file; the message names the file and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class FileKind:
 
 
 def beginning(name: str, *begins: bytes) -> FileKind:
-    """Return a kind that is recognized by the beginnings of its files, ignoring case and leading blanks."""
+    """Return a kind that is recognized by how its files begin, ignoring case and leading blanks."""
     starts = tuple(prefix.lower() for prefix in begins)
     return FileKind(name, lambda content: content.lstrip().lower().startswith(starts))
 
@@ -55,7 +55,7 @@ def beginning(name: str, *begins: bytes) -> FileKind:
 _EXPORT = re.compile(
     rb"<RSLogix5000Content|^\s*+(?:START\b|PROJECT\b|SLOT\s|LAD(?:DER)?\s|SOR\s)", re.MULTILINE
 )
-"""Beginnings of an L5X, and of lines of RSLogix 500."""
+"""Beginnings of an L5X file, and of RSLogix 500 lines."""
 
 TRACE = FileKind("an MCAP recording", lambda content: content.startswith(MAGIC))
 PAGE = beginning("an HTML page", b"<!doctype html", b"<html")
@@ -70,7 +70,7 @@ MEMORY = beginning("the memory of a controller", b'{"format": "scanrack memory')
 
 
 def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path:
-    """Return the path to write, with links resolved, unless an output may not replace the file.
+    """Return the path to write, with links resolved; raise an error if the file may not be replaced.
 
     Args:
         used: files that were read, imported or named.
@@ -110,7 +110,7 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def _is_same(target: Path, target_status: os.stat_result | None, used_file: Path) -> bool:
-    """Return whether two paths are the same file, by name or as hard links."""
+    """Return whether two paths refer to the same file, by name or as hard links."""
     if target == Path(realpath(used_file)):
         return True
     used_status = _status(used_file)

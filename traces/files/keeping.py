@@ -1,4 +1,4 @@
-"""Keeps earlier recordings, which a new one would replace, under numbers; the most recent one has number 1.
+"""Keeps earlier recordings under numbered names when a new one is made; the most recent has number 1.
 
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap             before, with 3 kept at most
        `---------, `---------, `---------, `----------,
@@ -6,7 +6,7 @@
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest is removed
 
 If the new recording equals the previous one, byte for byte, all files get their previous names back. A killed
-process leaves one file more than the limit, which the end of the next recording removes.
+process leaves one file more than the limit; it is removed at the end of the next recording.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ def numbered(path: Path, number: int, stem: str | None = None) -> Path:
     ('run.2.mcap', 'run.2.line.mcap')
 
     Args:
-        number: 1 for the previous one; 0 is the recording itself.
-        stem: the part before the number; None = the name without its suffix.
+        number: 1 for the previous recording; 0 is the recording itself.
+        stem: the part before the number; None = the file name without its suffix.
     """
     stem = path.stem if stem is None else stem
     return path.with_name(f"{stem}.{number}{path.name.removeprefix(stem)}") if number else path
@@ -110,7 +110,7 @@ class RecordingKeeper:
 
 
 def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:
-    """Raise an error if new recordings would replace a file that is no recording, or move a file in use.
+    """Raise an error if recordings would replace a file that is not one, or move a file in use.
 
     Args:
         keeping: keeps the existing files; None if they are replaced.

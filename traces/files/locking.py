@@ -1,9 +1,9 @@
-"""Advisory locks: one process at a time records into a file, or replaces it.
+"""Advisory locks, which let only one process at a time record into a file or replace it.
 
     a recording     the file itself is locked until it is closed
     a replacement   .NAME.lock beside the file, while it is read, changed and replaced
 
-A lock belongs to an open file: it ends when the file is closed, which includes the end of the process.
+A lock belongs to an open file, and ends when the file is closed or the process ends.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 """Flag of `open` that refuses symbolic links; 0 if the system has none."""
 
 _NAME_BYTES = 200
-"""Maximum bytes of a name in a name with a prefix and a suffix: file systems allow 255 bytes in all."""
+"""Maximum bytes of a name to which a prefix and suffix are added; file systems allow 255 bytes in all."""
 
 
 def beside(path: Path, ending: str) -> Path:
@@ -68,7 +68,7 @@ def could_lock(number: int, *, shared: bool = False) -> bool:
 
 
 def is_being_recorded(path: Path) -> bool:
-    """Return whether a recorder has a file open; False where the system has no locks."""
+    """Return whether a recorder has a file open; False if the system has no locks."""
     if not path.is_file():
         return False
     try:

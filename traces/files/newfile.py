@@ -1,4 +1,4 @@
-"""Replaces files completely, or not at all; all outputs that replace a file are written here.
+"""Replaces files completely or not at all; all outputs that replace a file are written here.
 
     lock     .NAME.lock
     open     .NAME.9f3a61c04d2e77b1.part     a random name, exclusive, no links followed
@@ -26,14 +26,14 @@ from .locking import NO_LINK, beside, held
 from .patience import patiently
 
 Target = Path | str | IO[Any]
-"""Target of an output: a file, or an open stream."""
+"""Where an output is written, either a file or an open stream."""
 
 TEXT: dict[str, Any] = {"encoding": "utf-8", "newline": "\n"}
-"""Options of text files: the same bytes on every system."""
+"""Options for text files, which produce the same bytes on every system."""
 
 
 class Draft:
-    """A file that is being written, beside the target that it will replace.
+    """A file that is being written next to the target that it will replace.
 
     Attributes:
         file: the draft, open for writing.
@@ -126,7 +126,7 @@ def replacing(
 
 @contextmanager
 def naming(path: Path | str, *helper_files: Path) -> Iterator[None]:
-    """Name `path` in an OSError that names no file, such as a full disk, or one of `helper_files`."""
+    """Name `path` in an OSError that names no file (such as for a full disk) or one of `helper_files`."""
     try:
         yield
     except OSError as error:

@@ -1,7 +1,7 @@
-"""Renames and replaces files, and waits while another program has the file open.
+"""Renames and replaces files, waiting while another program has a file open.
 
 Windows can't rename or replace an open file, and virus scanners and indexers open each new file for a moment.
-On other systems the same error reports a missing permission.
+On other systems, the same error means that a permission is missing.
 """
 
 from __future__ import annotations

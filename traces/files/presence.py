@@ -1,7 +1,7 @@
 """Checks that a file being written still exists under its name, with the written content.
 
-Without this check a writer does not notice that another program has removed, replaced or cut its file: all
-writes succeed, but the data is lost.
+Without this check, a writer does not notice that another program has removed, replaced or truncated its file,
+because all writes succeed but the data is lost.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ import os
 from pathlib import Path
 
 HEAD_BYTES = 1 << 16
-"""Number of bytes at the beginning of the file that are compared when it is closed."""
+"""Number of bytes at the beginning of the file to compare when it is closed."""
 
 
 class Presence:
     """Detects that another program changes a file while it is written.
 
     Args:
-        path: its name.
-        number: its descriptor.
+        path: path of the file.
+        number: descriptor of the file.
     """
 
     def __init__(self, path: Path, number: int) -> None:
@@ -27,12 +27,12 @@ class Presence:
         self._is_cut = False
 
     def add(self, data: bytes) -> None:
-        """Remember the next bytes, if they belong to the beginning of the file."""
+        """Remember the next written bytes if they belong to the beginning of the file."""
         if len(self._head) < HEAD_BYTES:
             self._head += data[: HEAD_BYTES - len(self._head)]
 
     def check_size(self, size: int) -> None:
-        """Remember that the file was cut if it is shorter than the `size` bytes written."""
+        """Note that the file was truncated if it is shorter than the `size` bytes written."""
         if os.fstat(self._number).st_size < size:
             self._is_cut = True
 
@@ -51,7 +51,7 @@ class Presence:
         return None
 
     def _has_other_head(self) -> bool:
-        """Return whether the first bytes are not the written ones."""
+        """Return whether the file's first bytes differ from the bytes that were written."""
         try:
             with self._path.open("rb") as file:
                 return file.read(len(self._head)) != self._head

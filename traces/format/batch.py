@@ -1,4 +1,4 @@
-"""Collects scans one by one, and encodes them as MCAP messages all at once, which costs less per scan.
+"""Collects scans one by one, and encodes them all at once as MCAP messages, which is faster.
 
 Messages of the same size differ only in a few columns. When the batch is full, one join writes all records
 with the same head. Then each byte of a column is written as one slice, with the size of a record as its step.
@@ -40,7 +40,7 @@ class ScanBatch:
         memory: the rack's memory block, copied at every scan.
 
     Attributes:
-        room: maximum scans of the batch, 1 or more; may be reduced.
+        room: maximum number of scans in the batch, 1 or more; may be reduced.
         stride: bytes of a scan's message record.
     """
 
@@ -69,14 +69,14 @@ class ScanBatch:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function to call after the logic of each scan that is recorded by rows; None without tags.
+        """Function to call after the logic of each scan recorded as a row; None if there are no tags.
 
         It returns whether messages will follow the scan, which then ends the rows.
         """
         return None
 
     def begin_rows(self) -> int:
-        """Return the maximum rows of the next `add_rows`."""
+        """Return the maximum number of rows for the next `add_rows`."""
         return max(1, self.room - len(self._images))
 
     def add_rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> bool:
@@ -120,7 +120,7 @@ class ScanBatch:
 
 
 class TagBatch(ScanBatch):
-    """Scans with tags: images and tags are copied together."""
+    """A batch of scans with tags, in which images and tags are copied together."""
 
     def __init__(self, channel: int, memory: bytearray, room: int, tags: TagSource) -> None:
         self._start(channel, room, len(memory) + tags.plan.size, tags.take)
@@ -139,7 +139,7 @@ class TagBatch(ScanBatch):
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function that copies the tags of a row, and returns whether messages will follow its scan."""
+        """Function that copies a row's tags, and returns whether messages will follow its scan."""
         return self._look
 
     def _look(self) -> bool:
@@ -147,7 +147,7 @@ class TagBatch(ScanBatch):
         return bool(self._pending)
 
     def begin_rows(self) -> int:
-        """Return the maximum rows of the next `add_rows`, and drop the tags copied so far."""
+        """Drop the tags copied so far, and return the maximum number of rows for the next `add_rows`."""
         self._rows.clear()
         return super().begin_rows()
 

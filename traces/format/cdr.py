@@ -1,4 +1,4 @@
-"""The layout of a message's fields in CDR: each value at a multiple of its size, from the message's start.
+"""The CDR layout of a message's fields, each at a multiple of its size from the message's start.
 
     scan  uint32   at 0
     lamp  bool     at 4
@@ -43,7 +43,7 @@ _CONSTANT = re.compile(r"\w+ \w+ ?=")
 
 
 class Leaf(NamedTuple):
-    """A value, or the elements of an array, of a message."""
+    """A value in a message, or the elements of an array in a message."""
 
     path: tuple[str, ...]  # its name, preceded by the names of the enclosing messages
     letter: str  # its type in the `struct` module
@@ -52,7 +52,7 @@ class Leaf(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The offset after its last byte."""
+        """The offset after the last byte."""
         return self.offset + self.length * SIZES[self.letter]
 
 

@@ -1,4 +1,4 @@
-"""Functions for methods of a trace that are defined in modules above the reader.
+"""Functions that implement methods of a trace in modules that depend on the reader.
 
 `scanrack.traces` sets them, so that the reader does not import these modules.
 """

@@ -33,9 +33,9 @@ class SlotInfo:
     Attributes:
         number: the slot's number in the rack, 0 or more.
         module: catalog name of its module, e.g. "amci3601".
-        firmware: as text, e.g. "4.1"; empty for a module without firmware.
-        words: names of its words and bits. The default for an "amci3601" is a 3601's names, for any other
-            module `word0` to `word7`.
+        firmware: firmware version as text, e.g. "4.1"; empty for a module without firmware.
+        words: names of its words and bits. The default is a 3601's names for an "amci3601", and `word0` to
+            `word7` for any other module.
     """
 
     number: int
@@ -54,7 +54,7 @@ class SlotInfo:
 
     @property
     def is_stepper(self) -> bool:
-        """Whether it has a 3601's words: the module itself, or an adapter.
+        """Whether the slot has a 3601's words, because it has the module itself or an adapter.
 
         >>> SlotInfo(1, "amci3601").is_stepper, SlotInfo(2, "my own").words.inputs[2]
         (True, 'word2')
@@ -72,15 +72,15 @@ def listed(slots: Iterable[SlotInfo]) -> str:
 
 
 def block_layout(slots: Sequence[SlotInfo]) -> MemoryLayout:
-    """Return the places of the slots' images in the memory block."""
+    """Return the locations of the slots' images in the memory block."""
     return memory_layout((slot.number, slot.words) for slot in slots)
 
 
 def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:
-    """Return the slots, if they can be recorded.
+    """Return the slots after checking that they can be recorded.
 
     Raises:
-        ValueError: no slots, a negative slot number, or a number used twice.
+        ValueError: there are no slots, a slot number is negative, or a number is used twice.
     """
     slot_numbers = [slot.number for slot in slots]
     if not slot_numbers:

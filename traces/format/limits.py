@@ -20,9 +20,10 @@ class Limits:
     """Limits for one trace.
 
     Attributes:
-        chunk_bytes: maximum bytes of an unpacked chunk. Our chunks have 1 MiB, other writers' chunks 4 MiB.
-        records: maximum records in a chunk, or in a file outside of chunks. More are allowed if their average
-            size is at least the size of an empty message.
+        chunk_bytes: maximum bytes of an unpacked chunk. Our chunks are 1 MiB, and other writers' chunks are 4
+            MiB.
+        records: maximum number of records in a chunk, or outside of the chunks in a file. More are allowed if
+            their average size is at least the size of an empty message.
     """
 
     chunk_bytes: int = CHUNK_BYTES
@@ -48,7 +49,7 @@ def limits() -> Limits:
 
 
 def set_limits(new_limits: Limits) -> None:
-    """Set the limits of this process permanently; call it at the beginning."""
+    """Set the limits of this process permanently; call this when the process starts."""
     _limits.set(new_limits)
 
 

@@ -24,7 +24,7 @@ from scanrack.io_images.number_formats import NumberFormat
 SEPARATOR = 80 * "="
 BITS = 16
 STATUS = "status"
-"""The group of the family's bits of input words 0 and 1."""
+"""The group of the bits in input words 0 and 1 of the 3601 family."""
 
 
 def names_key(slot: int) -> str:
@@ -73,10 +73,10 @@ def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
 
 
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
-    """Return the words of the slots of a trace; slots without words in the schema are left out.
+    """Return the words of the slots of a trace; slots without words in the schema are omitted.
 
     Raises:
-        ValueError: names of bits are illegal.
+        ValueError: bit names are illegal.
     """
     head, messages = split_schema(schema)
     fields = {name: tuple(line.partition(" ")[2] for line in lines) for name, lines in messages.items()}
@@ -93,7 +93,7 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
 def _slot_words(
     stem: str, outputs: tuple[str, ...], inputs: tuple[str, ...], slot: int, metadata: Mapping[str, str]
 ) -> ModuleWords:
-    """Return the words of a slot: of a 3601, of a relative of it, or of any other module."""
+    """Return the words of a slot with a 3601, a related module, or any other module."""
     sizes = {"O": len(outputs), "I": len(inputs)}
     groups = _groups(metadata.get(names_key(slot), "{}"), sizes)
     if (stem, outputs, inputs) == (WORDS_3601.message, WORDS_3601.outputs, WORDS_3601.inputs):
@@ -142,7 +142,7 @@ def _quantity(table: Mapping[str, Any]) -> Quantity:
 
 
 def _are_words(names: Sequence[str]) -> bool:
-    """Return whether names are legal for the words of an image: identifiers, different, not too many."""
+    """Return whether names are legal for an image's words: unique identifiers, and not too many."""
     return 1 <= len(set(names)) == len(names) <= WORDS_MAX and all(name.isidentifier() for name in names)
 
 
@@ -158,7 +158,7 @@ def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
 
 
 def _bit_place(name: str, place: Sequence[Any], sizes: Mapping[str, int]) -> BitPlace:
-    """Return the checked place of a bit: image, word and bit number.
+    """Check the place of a bit, and return it as image, word and bit number.
 
     Args:
         sizes: number of words by image.

@@ -30,18 +30,18 @@ RECORD_HEAD = struct.Struct("<BQ")
 """Head of every record: opcode, length of the content."""
 
 DRAFT = 0xD7
-"""Our private record: a gap for an unfinished chunk; the chunk's messages follow it uncompressed."""
+"""Our private record, a placeholder for an unfinished chunk whose messages follow it uncompressed."""
 
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
-"""Exceptions that the libraries raise for malformed bytes."""
+"""Exceptions that libraries raise for malformed bytes."""
 
 R = TypeVar("R")
 
 
 class TraceError(ValueError):
-    """A file can't be read as a trace; the message names the reason and the offset."""
+    """A file can't be read as a trace; the message states the reason and the offset."""
 
 
 class DamageError(TraceError):
@@ -52,13 +52,13 @@ class DamageError(TraceError):
 
 
 class Damage(str):
-    """A note on damage; other notes report a missing end."""
+    """A note about damage; other notes report a missing end."""
 
     __slots__ = ()
 
 
 def note_of(error: TraceError, outcome: str) -> str:
-    """Return a note on an error and its outcome, such as "it is left out"; `Damage` for a DamageError."""
+    """Return a note about an error and its outcome, such as "it is left out"; `Damage` for DamageError."""
     text = f"{error}; {outcome}"
     return Damage(text) if isinstance(error, DamageError) else text
 
@@ -72,7 +72,7 @@ class TraceLimitError(TraceError):
 
 
 class Span(NamedTuple):
-    """The place of a record: the offset of its opcode, and the length of its content, in bytes."""
+    """The location of a record, as the offset of its opcode and the length of its content, in bytes."""
 
     opcode: int
     offset: int
@@ -97,7 +97,7 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
     """Read a record with the `read` of its class in `mcap.records`.
 
     Raises:
-        TraceError: its content is damaged; the message names its offset.
+        TraceError: the record's content is damaged; the message names its offset.
     """
     file.seek(span.offset + RECORD_HEAD.size)
     try:
@@ -108,7 +108,7 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
 
 _NAME_LENGTH = struct.Struct("<I")
 _NAME_AT, _NAME_MOST = 20, 400
-"""Place of the name in an attachment, after two times and the length of the name; and the bytes to read."""
+"""Offset of an attachment's name, after two times and the name's length; and number of bytes to read."""
 
 
 def read_attachment(file: BinaryIO, span: Span) -> Attachment:
@@ -152,7 +152,7 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
 
 
 def _unpacked(chunk: Chunk, offset: int) -> bytes:
-    """Decompress a chunk, up to the size in its head and up to the limit.
+    """Decompress a chunk, up to the size in its header and up to the limit.
 
     Raises:
         TraceLimitError: its size exceeds the limit; the message names its offset.
@@ -190,10 +190,10 @@ def _beginning_of_zstd(data: bytes, most: int) -> bytes:
 
 
 def unpacked(data: bytes, most: int) -> bytes:
-    """Decompress an attachment that was compressed with zstd.
+    """Decompress a zstd-compressed attachment.
 
     Raises:
-        ValueError: it has more than `most` bytes, or is damaged.
+        ValueError: the attachment has more than `most` bytes, or is damaged.
     """
     try:
         content = _beginning_of_zstd(data, most + 1)
@@ -214,7 +214,7 @@ _UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
     "zstd": _unpack_zstd,
     "lz4": _unpack_lz4,
 }
-"""Decompressors of chunks by name of the compression; arguments: data, maximum bytes to return."""
+"""Decompressors of chunks by compression name; arguments: data, maximum number of bytes to return."""
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -237,7 +237,7 @@ def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
 
     Raises:
         ValueError, struct.error: the data are not whole records.
-        TraceLimitError: there are too many records; the message is the end of a sentence.
+        TraceLimitError: there are too many records; the caller completes the message into a sentence.
     """
     offset = count = 0
     while offset < len(data):
@@ -256,7 +256,7 @@ def check_count(count: int, size: int) -> None:
 
 
 def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, int]:
-    """Return the record at `offset`, or None for another kind of record, and the offset of the next record.
+    """Return the record at `offset` (None if it is of any other kind) and the next record's offset.
 
     Raises:
         ValueError, struct.error: the data are not a whole record.

@@ -1,4 +1,4 @@
-"""The schema of a scan: named fields over the raw words, for any MCAP viewer.
+"""The schema of a scan, which gives any MCAP viewer named fields for the raw words.
 
 `ros2msg` text with the nested definitions after separators, one message type
 per module and direction:
@@ -8,9 +8,7 @@ per module and direction:
     Amci3601 slot1
     ====...
     MSG: scanrack/Amci3601
-    Amci3601Out outputs
-    Amci3601In inputs
-    ====...
+    Amci3601Out outputs Amci3601In inputs ====...
     MSG: scanrack/Amci3601Out
     int16 command_msw
     ...
@@ -45,10 +43,10 @@ FORMAT = 1
 """Version of the format; a reader refuses later versions."""
 
 FORMAT_WITH_TAGS = 2
-"""Version of a trace with fields after the slots; a trace without them keeps `FORMAT`, and its bytes."""
+"""Version of a trace with fields after the slots; a trace without them keeps `FORMAT` and its bytes."""
 
 LIBRARY = "scanrack "
-"""Prefix of our software's name in the header of a file; the version follows."""
+"""Prefix of our software's name in a file's header; the version follows."""
 
 METADATA = "scanrack"
 """Name of the metadata record."""
@@ -65,10 +63,10 @@ SCAN_HEAD = Struct("<III")
 """CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
 
 PADDING = "padding"
-"""Name of the field for the words at the end of the memory block that belong to no module."""
+"""Name of the field for words at the end of the memory block that do not belong to a module."""
 
 IMAGE_FIELDS = ("outputs", "inputs")
-"""Fields of a slot: its images. No field is a Python keyword, since readers turn fields into attributes."""
+"""Fields for a slot's images. No field is a Python keyword, since readers turn fields into attributes."""
 
 LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
 """Maximum number of values in a scan with fields after the tags, and maximum bytes of these fields."""
@@ -90,7 +88,7 @@ class ScanSchema:
 
 
 ExtraField = tuple[str, Sequence[tuple[str, Sequence[str]]]]
-"""A field after the tags: its name, and its messages with their lines; the first message is its type."""
+"""A field after the tags, as its name and its messages with their lines; the first message is its type."""
 
 
 def scan_schema(
@@ -131,12 +129,12 @@ def scan_schema(
 
 
 def layout_of(text: str) -> str:
-    """Return the hash of a schema's text, the end of its name."""
+    """Return the hash of a schema's text, with which its name ends."""
     return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:
-    """Return the bytes of a scan's unknown fields; None if the known fields are not at the beginning.
+    """Return the size of a scan's unknown fields, bytes; None if the known fields are not first.
 
     Args:
         text: the schema with unknown fields.

@@ -1,9 +1,9 @@
-"""The end of a trace: the indexes of all records, and the footer.
+"""The end of a trace, which has the indexes of all records and the footer.
 
     DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer |
     magic
 
-A writer or the repair collects the summary while it writes the preceding records.
+A writer or a repair collects the summary while it writes the preceding records.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from mcap.records import (
 from .records import MAGIC
 
 Entries: TypeAlias = "array[int]"
-"""Messages: for each its time, then its offset in the chunk; 64-bit, unsigned."""
+"""For each message, its time and then its offset in the chunk, as unsigned 64-bit integers."""
 
 _INDEX = Struct("<BQHI")
 _INDEX_FIELDS_BYTES = 6
@@ -71,7 +71,7 @@ class Summary:
         )
 
     def register(self, record: Schema | Channel) -> None:
-        """Add a schema or channel, unless one with its id was added before."""
+        """Add a schema or channel, unless one with the same ID has already been added."""
         kind = Opcode.SCHEMA if isinstance(record, Schema) else Opcode.CHANNEL
         if (kind, record.id) in self._registered:
             return
@@ -141,7 +141,7 @@ class Summary:
             by_channel[channel] = by_channel.get(channel, 0) + message_count
 
     def end(self, offset: int, crc: int) -> bytes:
-        """Return the end of a file.
+        """Return the bytes at the end of a file.
 
         Args:
             offset: the end of its data.

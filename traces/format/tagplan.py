@@ -40,25 +40,25 @@ if TYPE_CHECKING:
     import numpy as np
 
 VALUES_MAX = 10_000
-"""Maximum values in a row; each element of an array counts."""
+"""Maximum number of values in a row; each element of an array counts."""
 
 ROW_BYTES_MAX = 64 * 1024
 
 CHEAP_VALUES = 1_000
-"""Maximum values in a row without a warning of their cost."""
+"""Maximum number of values in a row without a warning about their cost."""
 
 VALUE_NS = 20
 """Approximate cost of a value per scan, ns: 14 with a thousand values, 21 with ten thousand."""
 
 FIELD = "tags"
-"""Name of the field of /scan, and prefix of its signals' names."""
+"""Name of the field in /scan, and prefix of its signals' names."""
 
 LAST_CODE = 0xFFFF
 """Code of the 65,535th and all later texts."""
 
 
 class Format(NamedTuple):
-    """Storage of a value."""
+    """How a value is stored."""
 
     ros: str  # its type in ros2msg
     letter: str  # its letter in the `struct` module
@@ -93,7 +93,7 @@ _FIELD = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A tag that is recorded."""
+    """A recorded tag."""
 
     name: str  # its full name: `Fill.ACC`, `\Main.Step`, `line.step`; for an array, see `io_images.tag_names`
     type: str  # a key of `FORMATS`
@@ -102,17 +102,17 @@ class Tag:
 
     @property
     def count(self) -> int:
-        """Number of its values."""
+        """Number of the tag's values."""
         return self.length or 1
 
     @property
     def size(self) -> int:
-        """Bytes of its values in a row."""
+        """Size of the tag's values in a row, bytes."""
         return self.count * FORMATS[self.type].size
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """The program's name for each of its values."""
+        """The program's name for each of the tag's values."""
         if not self.length:
             return (self.name,)
         return tuple(element_of(self.name, index) for index in range(self.length))
@@ -128,11 +128,11 @@ class TagField:
 
     @property
     def letters(self) -> str:
-        """Its format in the `struct` module."""
+        """The field's format in the `struct` module."""
         return f"{self.tag.length or ''}{FORMATS[self.tag.type].letter}"
 
     def columns(self, rows: np.ndarray[Any, Any]) -> Iterator[tuple[str, Any]]:
-        """Yield the program's name for each value, and the value's column in some rows."""
+        """Yield the program's name for each value, and the value's column in the given rows."""
         values = rows[self.name]
         for index, address in enumerate(self.tag.addresses):
             yield address, values[:, index] if self.tag.length else values
@@ -144,7 +144,7 @@ class TagField:
 
     @property
     def line(self) -> str:
-        """Its line in the schema."""
+        """The field's line in the schema."""
         kind = FORMATS[self.tag.type].ros or self.enum_message
         length = f"[{self.tag.length}]" if self.tag.length else ""
         mark = ", text" if self.tag.type == "TEXT" else ""
@@ -175,7 +175,7 @@ class TagPlan:
 
     @property
     def size(self) -> int:
-        """Bytes of a row."""
+        """Size of a row, bytes."""
         return sum(field.tag.size for field in self.fields)
 
     @property
@@ -185,7 +185,7 @@ class TagPlan:
 
     @property
     def cost(self) -> str | None:
-        """The cost of recording the row, as text; None for a cheap row."""
+        """The cost of recording the row, as text; None if it is low."""
         if self.values <= CHEAP_VALUES:
             return None
         about = round(self.values * VALUE_NS / 1000)
@@ -229,8 +229,7 @@ class TagSource(Protocol):
 
     Attributes:
         take: returns the rack's current memory block, followed by the row of tags.
-        pending: messages of the last row: topic and fields. The recorder writes and
-            clears them.
+        pending: messages for the last row, each a topic and fields. The recorder writes and clears them.
     """
 
     @property
@@ -242,14 +241,14 @@ class TagSource(Protocol):
 
 
 def plan_of(tags: Sequence[Tag]) -> TagPlan:
-    r"""Return the plan of tags: widest first, then in the given order.
+    r"""Return the plan of tags, with the widest first, otherwise in the given order.
 
     >>> plan = plan_of([Tag("Run", "BOOL"), Tag(r"\Main.Step", "ENUM", 0, ("idle", "fill"))])
     >>> [(field.name, field.constants) for field in plan.fields], plan.letters
     ([('main_step', ('IDLE', 'FILL')), ('run', ())], 'H?')
 
     Raises:
-        ValueError: no tags, a tag is given twice, or a row would have too many values or bytes.
+        ValueError: there are no tags, a tag is given twice, or a row would have too many values or bytes.
     """
     if not tags:
         raise ValueError("no tag to record")

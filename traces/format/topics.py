@@ -1,4 +1,4 @@
-"""The topics other than /scan: JSON messages, written only on change.
+"""The topics other than /scan, whose JSON messages are written only on change.
 
 Every message has the number of the scan that reported it.
 
@@ -44,7 +44,7 @@ class Topic:
 
     @property
     def schema_text(self) -> str:
-        """The JSON schema of its messages."""
+        """The JSON schema of the topic's messages."""
         schema = {
             "title": self.schema,
             "description": self.description,
@@ -135,7 +135,7 @@ ORDERS = Topic(
         "order": {"type": "string", "description": "the order itself, JSON"},
     },
 )
-"""The topic of operator actions in a session's trace, with which the session can be repeated."""
+"""The topic of operator actions in a session's trace, which make it possible to repeat the session."""
 
 SEQUENCES = Topic(
     "/sequences",

@@ -1,4 +1,4 @@
-"""The word-and-bit map that is attached to a trace: the names of each word and bit."""
+"""The word-and-bit map attached to a trace, with the names of each word and bit."""
 
 from __future__ import annotations
 
@@ -42,5 +42,5 @@ def _slot_map(slot: SlotInfo) -> dict[str, object]:
 
 
 def _bits(words: ModuleWords, image: str) -> list[dict[int, str]]:
-    """Return the names of the bits of words 0 and 1."""
+    """Return the names of the bits in words 0 and 1."""
     return [{bit: name for name, bit in words.bits(image, word)} for word in (0, 1)]

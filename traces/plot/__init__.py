@@ -1,4 +1,4 @@
-"""Draws a trace as a timing chart: position, speed, ramp, changing bits, recorded tags. See docs/plot.md."""
+"""Draws a trace's position, speed, ramp, changing bits and tags as a timing chart. See docs/plot.md."""
 
 from .chart import Chart, NothingToPlotError, read_chart
 from .envelope import Curve, Envelope

@@ -1,4 +1,4 @@
-"""Finds the scans in which an image or the value of a signal changes: few, even in a long trace."""
+"""Finds the scans in which an image or a signal's value changes, which are few even in a long trace."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class ChangeFinder:
     """Finds the changes of a signal or an image, block by block.
 
     Args:
-        read: returns the values in a block: one per scan, or a row of words per scan.
-        word_count: number of words that are compared, from the first word; None = all values.
+        read: returns the values in a block, either one per scan or a row of words per scan.
+        word_count: number of words to compare, starting with the first; None = all values.
     """
 
     def __init__(self, read: Callable[[Block], Array], word_count: int | None = None) -> None:
@@ -60,7 +60,7 @@ class ChangeFinder:
 
 
 def bit_changes(slot: int, direction: str, words: ModuleWords) -> ChangeFinder:
-    """Return the finder of changes in an image, among the words up to the last word with named bits."""
+    """Return a finder of changes in an image, which compares the words up to the last with named bits."""
     last_word = 0
     for names in words.groups.values():
         for place in names.values():

@@ -43,7 +43,7 @@ def groups_of(chart: Chart[C]) -> list[str]:
 
 
 class NothingToPlotError(ValueError):
-    """The trace has no 3601, no card with names, and no tags."""
+    """The trace has no 3601, no card with named channels or bits, and no tags."""
 
 
 class ModuleReader(Generic[C]):
@@ -109,7 +109,7 @@ def read_chart(
         title: text above the chart; None = the rack's name.
         more_marks: marks in addition to the marks of the trace's events.
         on_block: called with every block.
-        progress: called at each block with the number of scans read so far.
+        progress: called for each block with the number of scans read so far.
 
     Raises:
         EmptySelectionError: no scan is in the selection.
@@ -163,13 +163,13 @@ class ScanExtent:
 
 
 _DEFAULT_NAME = re.compile(r"word\d|data|ch\d_data")
-"""Names of words without a name in the rack file."""
+"""Default names of words that the rack file does not name."""
 
 
 def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
-    """Return the title and the signal's name of each curve of a slot.
+    """Return the title and signal name of each of a slot's curves.
 
-    A card has a curve for each channel with a name in the rack file.
+    A card has a curve for each channel that the rack file names.
     """
     stem = f"slot{slot.number}"
     if slot.words.is_axis:
@@ -187,7 +187,7 @@ def _can_be_drawn(slot: SlotInfo) -> bool:
 
 
 def drawn_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
-    """Return the requested slots, or without `numbers` all slots that can be drawn.
+    """Return the requested slots; if `numbers` is empty, return all slots that can be drawn.
 
     Raises:
         NothingToPlotError: a requested slot can't be drawn, or the trace has neither a slot that can be drawn
@@ -212,6 +212,6 @@ def chart_title(trace: Trace) -> str:
 
 
 def slot_marks(rack_marks: Sequence[Mark], slot: SlotInfo, first_slot: SlotInfo) -> list[Mark]:
-    """Return the marks of a slot's panel; the panel of `first_slot` also has the marks without a slot."""
+    """Return the marks for a slot's panel; the panel of `first_slot` also gets the marks without a slot."""
     numbers = (slot.number, None) if slot is first_slot else (slot.number,)
     return [mark for mark in rack_marks if mark.slot in numbers]

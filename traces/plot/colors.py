@@ -12,7 +12,7 @@ LANES: Mapping[str, str] = {
     "output": "#7a5c00",
     "tag": "#5a3e9b",
 }
-"""Color of a lane and its label, by group; dark enough for small letters on white."""
+"""Color of a lane and its label, by group; dark enough for small text on white."""
 
 RAMP: tuple[str, ...] = ("#ffffff", "#56b4e9", "#cfe3f2", "#f0c05a", "#bbbbbb")
 """Colors of the ramp's states: at rest, accelerating, constant speed, decelerating, held."""

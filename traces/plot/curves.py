@@ -1,4 +1,4 @@
-"""Makers of a chart's curves: one for each kind of picture."""
+"""Makers of a chart's curves, one for each kind of output."""
 
 from __future__ import annotations
 

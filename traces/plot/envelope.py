@@ -1,7 +1,7 @@
 """Keeps every peak of a curve of any length, in bounded memory.
 
-Scans are combined in groups. A group has the least and the greatest value of its
-scans. Two groups are joined into one when there are more than `GROUPS_MAX`:
+Scans are combined into groups. A group has the least and the greatest value of its scans. Pairs of groups are
+merged when there are more than `GROUPS_MAX`:
 
     scans     o o o o o o o o o o o o
     groups    |----|----|----|----|      least, greatest; then |---------|---------|
@@ -19,7 +19,7 @@ Times = NDArray[np.int64]
 Values = NDArray[np.float64]
 
 GROUPS_MAX = 16_384
-"""Maximum number of groups: several per pixel of the widest picture."""
+"""Maximum number of groups, which is several per pixel of the widest picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Curve:
     high: Values  # greatest value in each group; NaN if it has no values
 
     def line(self) -> tuple[Values, Values]:
-        """Return the points of a line through the curve: times in ns, and values, low and high in turn."""
+        """Return the points of a line through the curve: times in ns, alternating low and high values."""
         if np.array_equal(self.low, self.high, equal_nan=True):
             return self.time_ns.astype(np.float64), self.low
         return np.repeat(self.time_ns.astype(np.float64), 2), np.column_stack((self.low, self.high)).ravel()

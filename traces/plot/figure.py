@@ -50,7 +50,7 @@ TICKS_MAX = 12
 LABEL_ROWS = 3
 
 INSTANTS_MAX = 60
-"""Maximum lines through a curve for marks of one kind; with more marks, none is drawn."""
+"""Maximum number of lines through a curve for one kind of mark; with more marks, none are drawn."""
 
 SHORT_MAX = 10**7
 """Smallest value that is written with an exponent beside a tag's curve."""
@@ -66,7 +66,7 @@ _STYLE = {
 
 
 def save_figure(chart: Chart[Curve], path: Path | str) -> None:
-    """Draw a chart into a PNG or SVG file, depending on the path's suffix.
+    """Draw a chart to a PNG or SVG file, depending on the path's suffix.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -113,7 +113,7 @@ def _curve_height(panel: Panel[Curve], curve_index: int) -> float:
 
 
 class _Canvas:
-    """Adds axes with the chart's time axis to a figure of a height in inches."""
+    """Adds axes, with the chart's time axis, to a figure whose height is in inches."""
 
     def __init__(self, figure: Any, chart: Chart[Curve], height: float) -> None:
         self.figure, self.chart, self._height = figure, chart, height
@@ -228,7 +228,7 @@ def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
 
 
 def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
-    """Draw the marks: a tick for each event, and a label if it fits."""
+    """Draw the marks, with a tick for each event and a label if it fits."""
     axes = canvas.axes(top, _head_height(panel))
     axes.axis("off")
     axes.set_ylim(0, 1)

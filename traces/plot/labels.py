@@ -13,7 +13,7 @@ GAP = 2
 """Minimum distance between two labels in a row, letters."""
 
 MANY = 30
-"""A label that occurs more often than this is drawn once, with the number of occurrences."""
+"""A label that occurs more than this many times is drawn once, with the number of occurrences."""
 
 
 class Label(NamedTuple):
@@ -25,10 +25,10 @@ class Label(NamedTuple):
 
 
 def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:
-    """Return the labels that fit. A label is after its mark, or before it at the right edge.
+    """Return the labels that fit. A label is to the right of its mark, or to the left at the right edge.
 
-    Marks get their labels in the order of `KINDS`, and within a kind in their own order. Of more than `MANY`
-    marks with the same label, only the first has a label, with the number of marks.
+    Marks get their labels in the order of `KINDS`, and within a kind in their own order. If more than `MANY`
+    marks have the same label, only the first is labeled, with the number of marks.
 
     Args:
         letter: width of a letter, as a fraction of the axis' length.
@@ -52,7 +52,7 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
 
 
 def shortened(text: str, letters: int) -> str:
-    r"""Return the end of a name in at most `letters` letters, because the end is more specific.
+    r"""Shorten a name to at most `letters` letters, keeping its end, which is more specific.
 
     >>> shortened(r"\Main.Recipe[3].Time", 12), shortened("Run", 12)
     ('…ipe[3].Time', 'Run')
@@ -76,7 +76,7 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
 
 
 def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
-    """Yield the marks; of more than `MANY` marks with the same label only the first, with their number."""
+    """Yield the marks; if more than `MANY` have the same label, yield only the first, with their number."""
     counts = Counter((mark.kind, mark.label) for mark in marks)
     folded = set()
     for mark in marks:

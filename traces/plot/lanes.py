@@ -1,6 +1,6 @@
 """The lanes of a timing chart: one for the ramp, and one per bit that changes.
 
-Causes are above effects: first commands, then bits of the motion and its end, then errors, then inputs.
+Causes are above effects: commands come first, then bits for the motion and its end, errors, and inputs.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Lane:
 
     Attributes:
         group: one of GROUPS; "ramp" for the ramp, "band" for a band.
-        row: indexes of the first scan and of the scans in which the value changes, from 0 = first scan read.
+        row: indexes of the first scan and of the scans in which the value changes; 0 = first scan read.
         time_ns: virtual times of these scans.
         value: values in these scans: 0 or 1, an index of RAMP_STATES, or the code of a band's text.
     """
@@ -47,13 +47,13 @@ class Lane:
 
     @property
     def steady(self) -> bool:
-        """Whether its value never changes."""
+        """Whether the lane's value never changes."""
         return len(self.value) == 1
 
 
 @dataclass(frozen=True, slots=True)
 class Band(Lane):
-    """A lane whose values have names, such as the steps of a sequence, or a text."""
+    """A lane whose values are texts or have names, such as the steps of a sequence."""
 
     names: Mapping[int, str] = field(default_factory=dict)  # name or text of each value
 
@@ -115,7 +115,7 @@ def at_pixels(
 ) -> tuple[NDArray[np.int64], NDArray[np.integer[Any]]]:
     """Return the times and values of a lane with at most two changes per pixel.
 
-    Of the changes on one pixel, the first and the last are kept, so that even the shortest pulse is visible.
+    The first and last changes on each pixel are kept, so that even the shortest pulse is visible.
     """
     span_ns = max(1, end_ns - start_ns)
     pixel = (lane.time_ns - start_ns) * pixels // span_ns

@@ -1,4 +1,4 @@
-"""Converts events to marks on the time axis: rules that fired, moves that ended, stimuli, the CPU.
+"""Converts events to marks on the time axis for rules that fired, moves that ended, stimuli and the CPU.
 
 A trace has no event for a broken invariant; the caller adds a mark of kind "broken" for it.
 """
@@ -28,7 +28,7 @@ class Mark:
 
 
 def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:
-    """Return the marks of the events between two times, ends included, ordered by time, then by kind."""
+    """Return the marks of the events between two times, inclusive, ordered by time and then by kind."""
     shown_marks: list[Mark] = []
     forced_tags: object = None
     for event in events:
@@ -77,7 +77,7 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
 
 
 def _force(fields: Mapping[str, object]) -> str:
-    """Return the label of forces; it names the tag if this is the only force."""
+    """Return the label for forces; it names the tag if only one tag is forced."""
     tags = fields.get("tags")
     if isinstance(tags, Mapping) and len(tags) == len(fields) == 1:
         return f"force {next(iter(tags))}"

@@ -1,4 +1,4 @@
-"""Packs columns of any length into a page, as differences from scan to scan, deflated, in base64.
+"""Packs columns of any length into a page as scan-to-scan differences, deflated and base64-encoded.
 
 At constant speed, the position changes by the same number of steps in each scan, and the time
 by the same number of nanoseconds. Such differences compress well.
@@ -21,7 +21,7 @@ class Packer:
     """Packs one column, block by block.
 
     Args:
-        kind: numpy type of the values. Differences of int32 wrap around; so do the sums in the page.
+        kind: numpy type of the values. Differences of int32 wrap around, as do the sums in the page.
         differences: whether differences are packed; False = the values themselves, for floats.
     """
 
@@ -41,7 +41,7 @@ class Packer:
         self._packed.append(self._deflate.compress(column.tobytes()))
 
     def text(self) -> str:
-        """Return the packed column; afterwards no block can be added."""
+        """Return the packed column; no more blocks can be added afterwards."""
         self._packed.append(self._deflate.flush())
         return base64.b64encode(b"".join(self._packed)).decode("ascii")
 

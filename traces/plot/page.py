@@ -32,7 +32,7 @@ SCRIPTS = ("data.js", "drawing.js", "lanes.js", "readout.js", "pointer.js")
 """The parts of the page's script, in order."""
 
 SCANS_MAX = 10_000_000
-"""Maximum scans in a page: with more, a browser runs out of memory."""
+"""Maximum number of scans in a page; with more, a browser runs out of memory."""
 
 
 class PackedValues(NamedTuple):
@@ -205,7 +205,7 @@ def _panel(panel: Panel[PackedValues]) -> dict[str, object]:
 
 
 def _lane(lane: Lane) -> dict[str, object]:
-    """Return a bit as data for the page: the rows in which it changes, and its first value."""
+    """Return a bit as data for the page, with the rows in which it changes and its first value."""
     return {
         "name": lane.name,
         "group": lane.group,
@@ -215,7 +215,7 @@ def _lane(lane: Lane) -> dict[str, object]:
 
 
 def _band(band: Band) -> dict[str, object]:
-    """Return a band as data for the page: the rows in which it changes, and the indexes of its texts."""
+    """Return a band as data for the page: the rows in which it changes, and its text indexes."""
     text_indexes: dict[int, int] = {}  # by code
     values = [text_indexes.setdefault(code, len(text_indexes)) for code in band.value.tolist()]
     return {

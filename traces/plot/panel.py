@@ -30,5 +30,5 @@ class Panel(Generic[C]):
 
     @property
     def name(self) -> str:
-        """Its name in the heading."""
+        """The panel's name in its heading."""
         return "program" if self.slot is None else f"slot {self.slot.number}"

@@ -7,7 +7,7 @@ WIDTH = 13.0
 LEFT, RIGHT = 1.75, 0.25
 TOP = 0.72
 MARKS, HEAD, POSITION, SPEED, NUMBER, LANE, AXIS, GAP = 0.62, 0.3, 1.5, 0.95, 0.55, 0.2, 0.5, 0.16
-"""Heights: HEAD is for the head of a panel without marks, and NUMBER for a tag's curve."""
+"""Heights. HEAD is for the head of a panel without marks, and NUMBER is for a tag's curve."""
 
 PIXELS = round((WIDTH - LEFT - RIGHT) * DPI)
 """Pixels across the time axis."""
@@ -18,7 +18,7 @@ EDGE = 0.004
 POINTS_PER_INCH = 72
 LABEL_SIZE, NAME_SIZE = 7.5, 8.0
 NAME_LETTERS = 23
-"""Letters of a name that fit to the left of its lane."""
+"""Number of letters of a name that fit to the left of its lane."""
 
 LETTER = 0.58 * LABEL_SIZE / POINTS_PER_INCH
-"""Width of a letter of a label, inches."""
+"""Width of a letter in a label, inches."""

@@ -1,6 +1,6 @@
-"""The program's recorded tags on a chart: curves of numbers, bands of steps and texts, lanes of BOOLs.
+"""The program's recorded tags on a chart: curves of numbers, bands of steps and texts, and BOOL lanes.
 
-If all tags fit on the chart, all are shown. Else the tags that change are shown, as many as fit. A user may
+If all tags fit on the chart, all are shown. Otherwise as many tags that change as fit are shown. A user can
 choose other tags by name.
 """
 
@@ -26,13 +26,13 @@ from .marks import Mark
 from .panel import Panel
 
 CURVES_MAX, ROWS_MAX = 8, 24
-"""Maximum curves, and maximum bands and lanes, unless the user chooses the tags."""
+"""Maximum number of curves, and of bands and lanes, unless the user chooses the tags."""
 
 FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
 """The signal of scans with forced tags, or with tags set since the previous scan."""
 
 CHOSEN_MAX = 200
-"""Maximum tags on a chart."""
+"""Maximum number of tags on a chart."""
 
 C = TypeVar("C")
 L = TypeVar("L", bound=Lane)
@@ -46,7 +46,7 @@ class Choice:
     left_out: int  # number of recorded values that are not drawn
 
     def __str__(self) -> str:
-        """Return the numbers of sequences and tags as text, for the heading of the panel."""
+        """Return the number of sequences and of tags as text for the panel's heading."""
         sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in self.signals)
         tags = len(self.signals) - sequences
         texts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
@@ -179,7 +179,7 @@ class TagReader(Generic[C]):
         )
 
     def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
-        """Return the tags that keep one value, with the value as text."""
+        """Return the tags whose value never changes, with the value as text."""
         steady_checks = (check for check, _ in self._curves if check.is_steady)
         return [
             *((band.name, band.text(int(band.value[0]))) for band in bands),
@@ -198,7 +198,7 @@ def _split_by_change(rows: Iterable[L]) -> tuple[list[L], list[L]]:
 
 
 def _number_text(check: SteadyCheck) -> str:
-    """Return the value of an unchanged number as text, integers with all digits."""
+    """Return the value of an unchanged number as text; integers keep all digits."""
     return str(check.first) if check.signal.bits else f"{check.first:.9g}"
 
 
@@ -214,5 +214,5 @@ def _bit(name: str, changes: Changes) -> Lane:
 
 
 def _title(signal: Signal) -> str:
-    """Return a tag's full name; for a signal without a full name, its name in the trace without a prefix."""
+    """Return a tag's full name, or if there is none, the signal's name in the trace without a prefix."""
     return signal.title or signal.name.partition(".")[2]

@@ -11,11 +11,11 @@ STEPS_NS: tuple[int, ...] = (
     *(minutes * _MIN for minutes in (1, 2, 5, 10, 15, 30)),
     *(hours * _H for hours in (1, 2, 4, 6, 12, 24, 48, 96, 240, 720, 2400)),
 )
-"""Distances between ticks, ns: decimal below a second, clock units above."""
+"""Distances between ticks, ns, in decimal units below a second and clock units above."""
 
 
 def tick_step(start_ns: int, end_ns: int, most: int) -> int:
-    """Return the smallest distance between ticks, ns, with at most `most` ticks after the first.
+    """Return the smallest distance between ticks, ns, that gives at most `most` ticks after the first.
 
     >>> tick_step(0, 2_000_000_000, 10), tick_step(0, 7_200_000_000_000, 10)
     (200000000, 900000000000)

@@ -20,7 +20,7 @@ class Occurrence:
 
     @property
     def duration_ns(self) -> int:
-        """Its duration, ns."""
+        """Duration of the occurrence, ns."""
         return self.end_ns - self.start_ns
 
 

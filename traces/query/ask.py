@@ -1,4 +1,4 @@
-"""Runs a query on a trace: reads columns, finds occurrences, and selects some of them."""
+"""Runs a query on a trace by reading columns, finding occurrences and selecting some of them."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ def query(
 ) -> Answer:
     """Run a query on a trace.
 
-    The trace is read block by block. Memory depends only on the changes of its conditions, 8 bytes each, and
-    on the values of `show` at the beginnings of a condition.
+    The trace is read block by block. Memory use depends only on the changes of the query's conditions, 8
+    bytes each, and on the values of `show` each time a condition becomes true.
 
     Args:
         text: the query, see docs/query.md.
         show: signals to return with their values in the first scan of each occurrence.
-        progress: called at each block with the number of scans read so far.
+        progress: called for each block with the number of scans read so far.
 
     Raises:
         QueryError: the query can't be parsed.
-        UnknownSignalError: an unknown signal in `show`.
+        UnknownSignalError: `show` has an unknown signal.
     """
     catalog = Catalog.of(trace)
     parsed = parse(text, catalog)

@@ -47,7 +47,7 @@ class Scans:
         return numbers.numbers(values)
 
     def edges(self, key: object, values: Column, edge: Callable[[Any], Condition]) -> Condition:
-        """Return where an edge occurs; the first scan is compared with the last scan of the previous block.
+        """Return where an edge occurs; compare the first scan with the previous block's last scan.
 
         Args:
             key: key of the operator in `memory`.
@@ -109,7 +109,7 @@ def changed(values: Column) -> Condition:
 
 
 def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -> Condition:
-    """Compare two conditions, or two columns of numbers; false where either side has no value."""
+    """Compare two conditions or two columns of numbers; the result is false where either has no value."""
     if isinstance(left, Numbers) and isinstance(right, Numbers):
         return numbers.compared(operator, left, right)
     is_true: Condition = operator(left, right)
@@ -117,7 +117,7 @@ def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -
 
 
 def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return for each scan with a true condition the time when it became true.
+    """Return, for each scan in which a condition is true, the time when it became true.
 
     The value in other scans has no meaning.
 

@@ -1,4 +1,4 @@
-"""The expressions of a query: functions of columns, each with a type and a column in the text."""
+"""The expressions of a query, which are functions of columns, each with a type and a text column."""
 
 from __future__ import annotations
 
@@ -44,19 +44,19 @@ class MeaningError(Exception):
 
 
 def leaf(kind: Type, token: Token, evaluate: Callable[[Scans], Any], *signals: Signal) -> Expression:
-    """Make an expression from a single token."""
+    """Create an expression from a single token."""
     return Expression(kind, column_of(token), str(token), evaluate, signals)
 
 
 def derived(kind: Type, part: Expression, evaluate: Callable[[Scans], Any]) -> Expression:
-    """Make an expression from another one."""
+    """Create an expression from another expression."""
     return Expression(kind, part.column, part.text, evaluate, part.signals)
 
 
 def joined(
     kind: Type, left: Expression, right: Expression, operator: Callable[[Any, Any], Any]
 ) -> Expression:
-    """Make an expression from two others."""
+    """Create an expression from two others."""
     return Expression(
         kind,
         left.column,
@@ -67,7 +67,7 @@ def joined(
 
 
 def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...]) -> Expression:
-    """Make a condition from several conditions."""
+    """Create a condition from several conditions."""
     for condition in parts:
         require_type(condition, Type.CONDITION)
     signals = tuple(signal for term in parts for signal in term.signals)
@@ -81,7 +81,7 @@ def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...])
 
 
 def require_type(part: Expression, expected: Type, operator: str = "the query") -> None:
-    """Raise a MeaningError if an operand of `operator` has another type than `expected`."""
+    """Raise a MeaningError if an operand of `operator` has a type other than `expected`."""
     if part.type is expected:
         return
     hint = f"; compare it, as in {part.text} > 0" if part.type is Type.NUMBER else ""
@@ -105,7 +105,7 @@ def require_same_type(left: Expression, right: Expression, sign: Token) -> None:
 
 
 def duration_ns(token: Token) -> int:
-    """Return a duration in the text, ns.
+    """Return the duration in a token, ns.
 
     >>> duration_ns(Token("DURATION", "1.5 ms")), duration_ns(Token("DURATION", "2min"))
     (1500000, 120000000000)
@@ -117,7 +117,7 @@ def duration_ns(token: Token) -> int:
 
 
 def number_of(token: Token) -> int | float:
-    """Return a number in the text, as an integer unless it has a fraction.
+    """Return the number in a token, as an integer unless it has a fraction.
 
     >>> [number_of(Token("NUMBER", text)) for text in ("4_000", "0x4000", "1.5")]
     [4000, 16384, 1.5]
@@ -131,7 +131,7 @@ def number_of(token: Token) -> int | float:
 
 
 DIGITS_MAX = 200
-"""Maximum digits of a number. The square of a longer number may exceed the range of a float."""
+"""Maximum number of digits in a number. The square of a longer number may exceed the range of a float."""
 
 
 def column_of(token: Token) -> int:

@@ -1,4 +1,4 @@
-"""The grammar of a query, and the names of its terminals in messages."""
+"""The grammar of a query, and the names that messages use for its terminals."""
 
 from __future__ import annotations
 
@@ -82,4 +82,4 @@ TERMS: Mapping[str, str] = {
     "_ABS": "abs",
     "$END": "the end",
 }
-"""Names of the grammar's terminals in messages."""
+"""Names that messages use for the grammar's terminals."""

@@ -1,7 +1,7 @@
 """Parses the text of a query into functions of columns.
 
-Every expression has its column in the text, and one of four types. An error is
-therefore reported with its column, before the first scan is read:
+Every expression has a column in the text and one of four types. An error is therefore reported with its
+column before the first scan is read:
 
     condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
     number      a number in every scan         slot1.in.position, scan, 4000
@@ -128,7 +128,7 @@ _EDGES: Mapping[str, Callable[[Any], Condition]] = {
 
 
 def _query(pattern: Pattern, *conditions: Expression) -> Query:
-    """Make a query from its conditions."""
+    """Create a query from its conditions."""
     for condition in conditions:
         require_type(condition, Type.CONDITION)
     signals = tuple(signal for condition in conditions for signal in condition.signals)
@@ -136,7 +136,7 @@ def _query(pattern: Pattern, *conditions: Expression) -> Query:
 
 
 def _text_comparison(coded: Expression, text: Expression, sign: Token) -> Expression:
-    """Compare a signal of kind CODE with the name of a step, or with a text."""
+    """Compare a signal of kind CODE with the name of a step or with a text."""
     signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
     if signal is None or signal.kind is not SignalKind.CODE or sign not in ("==", "!="):
         problem = "use == or != to compare a text with a step, or with a tag that contains text"
@@ -152,7 +152,7 @@ def _text_comparison(coded: Expression, text: Expression, sign: Token) -> Expres
 
 @v_args(inline=True)
 class _Builder(Transformer[Token, Any]):
-    """Builds the query bottom up, one method per rule of the grammar."""
+    """Builds the query bottom up, with one method per grammar rule."""
 
     def __init__(self, catalog: Catalog) -> None:
         super().__init__()

@@ -1,10 +1,10 @@
-"""Exact arithmetic on columns, as in Python: integers of any width and sign stay integers.
+"""Exact arithmetic on columns, as in Python, where integers of any width and sign stay integers.
 
     int64      integers that fit, which almost all do
     object     Python's integers, for a value or result that does not fit int64
     float64    numbers with fractions
 
-Integers and floats combine as in Python: a comparison is exact, and a sum is a float.
+Integers and floats combine as in Python, so a comparison is exact and a sum is a float.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ Condition = NDArray[np.bool_]
 Operator = Callable[[Any, Any], Any]
 
 EXACT_MAX = 2**53
-"""Every integer up to this one is exact as a float64."""
+"""Every integer up to this value is exact as a float64."""
 
 _LEAST, _MOST = -(2**63), 2**63 - 1
 
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """A column of numbers: one number, or no number, per scan."""
+    """A column with a number, or no number, for each scan."""
 
     values: Array  # int64, Python's integers (object) or float64
     none: Condition  # whether a scan has no number
@@ -47,7 +47,7 @@ class Numbers:
 
     @property
     def are_whole(self) -> bool:
-        """Whether they are integers."""
+        """Whether the numbers are integers."""
         return self.values.dtype.kind != "f"
 
 
@@ -123,7 +123,7 @@ def absolute(numbers: Numbers) -> Numbers:
 
 
 def changed(numbers: Numbers) -> Condition:
-    """Return where a number differs from the previous scan; never in the first scan.
+    """Return where a number differs from that of the previous scan; never in the first scan.
 
     A number that appears or disappears is a change. Two successive scans without a number are not.
 
@@ -137,7 +137,7 @@ def changed(numbers: Numbers) -> Condition:
 
 
 def _narrow(values: Array) -> Array:
-    """Return integers as int64 if they all fit, else as Python integers."""
+    """Return integers as int64 if they all fit, otherwise as Python integers."""
     if values.dtype.kind == "O" or values.dtype == np.uint64:
         fits_int64 = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
         return values.astype(np.int64) if fits_int64 else values.astype(object)
@@ -145,9 +145,9 @@ def _narrow(values: Array) -> Array:
 
 
 def _fits(operator: Operator, left: Array, right: Array) -> bool:
-    """Return whether integer results fit int64.
+    """Return whether all integer results fit int64.
 
-    The least and greatest results of +, - and * are results of the least and greatest operands.
+    The least and greatest results of +, - and * come from the least and greatest operands.
     """
     if "O" in (left.dtype.kind, right.dtype.kind):
         return False

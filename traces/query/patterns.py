@@ -1,4 +1,4 @@
-r"""Finds occurrences in a trace: the duration of a condition, and the delay of a response.
+r"""Finds occurrences in a trace, such as the duration of a condition or the delay of a response.
 
 runs(A)             A   __/‾‾‾‾\____    from the scan in which A becomes true
                           |<-->|        to the scan in which A becomes false
@@ -26,7 +26,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Occurrences:
-    """Occurrences, in the order of their beginnings."""
+    """Occurrences, in the order in which they begin."""
 
     first: Rows  # row of the first scan of each occurrence
     last: Rows  # row of the last scan of each occurrence
@@ -37,7 +37,7 @@ class Occurrences:
         return len(self.first)
 
     def some(self, rows: Rows | slice) -> Occurrences:
-        """Return some of the occurrences."""
+        """Return the occurrences with the given indexes."""
         return Occurrences(self.first[rows], self.last[rows], self.end[rows], self.open[rows])
 
 
@@ -74,7 +74,7 @@ class Stretches:
 
     @property
     def end(self) -> Rows:
-        """The row after each stretch; none for a stretch that continues at the end of the trace."""
+        """The row after each stretch; none for a stretch that lasts until the end of the trace."""
         return self._all_changes[1::2]
 
     @property
@@ -98,7 +98,7 @@ def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
 
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each beginning of a cause with an effect in a later scan, within the time; None = at any time."""
+    """Find each start of a cause that has an effect in a later scan within the time; None = at any time."""
     pairs = _causes_with_effects(*conditions)
     has_effect = ~pairs.open
     if within_ns is not None:
@@ -107,16 +107,16 @@ def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIn
 
 
 def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each beginning of a cause without an effect within the time.
+    """Find each start of a cause that has no effect within the time.
 
-    A cause is not counted if the trace ends before its time is over.
+    A cause is not counted if the trace ends before this time has elapsed.
     """
     pairs = _causes_with_effects(*conditions)
     return pairs.some(np.flatnonzero(lengths(pairs, rows) > within_ns))
 
 
 def _causes_with_effects(cause: Stretches, effect: Stretches) -> Occurrences:
-    """Find each beginning of a cause, with the first later scan with the effect, else the last scan."""
+    """Find each start of a cause, and the first later scan that has the effect, otherwise the last scan."""
     rows_after, count = cause.first + 1, cause.rows
     effect_ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
     effect_begins = np.append(effect.first, count)

@@ -9,7 +9,7 @@ Column = NDArray[np.int64]
 
 
 class EvenSteps:
-    """A column whose values rise by a constant step within most blocks.
+    """A column whose values increase by a constant step within most blocks.
 
     >>> column = EvenSteps()
     >>> for values in ([5, 7, 9], [9, 10, 20]):
@@ -38,7 +38,7 @@ class EvenSteps:
         self.rows += len(values)
 
     def at(self, rows: Column) -> Column:
-        """Return the values in some rows, given in order."""
+        """Return the values in the given rows, which must be in order."""
         first_rows, first_values, steps = (
             np.array(column, np.int64) for column in (self._first_rows, self._first_values, self._steps)
         )
@@ -63,9 +63,9 @@ class RowIndex:
         self._times.add(time_ns)
 
     def scan(self, rows: Column) -> Column:
-        """Return the numbers of the scans in some rows, given in order."""
+        """Return the scan numbers in the given rows, which must be in order."""
         return self._scans.at(rows)
 
     def time_ns(self, rows: Column) -> Column:
-        """Return the times of the scans in some rows, given in order."""
+        """Return the scan times in the given rows, which must be in order."""
         return self._times.at(rows)

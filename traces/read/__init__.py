@@ -1,1 +1,1 @@
-"""Reading recordings."""
+"""Reads recordings."""

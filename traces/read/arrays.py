@@ -1,12 +1,12 @@
-"""Reads a trace as numpy arrays: all of it, slices of scans or of time, or any single scan.
+"""Reads a trace as numpy arrays, either all of it, slices of scans or time, or any single scan.
 
     with open_trace(path) as trace:
         columns = read_columns(trace)                       # all scans
         named = by_name(columns.words, trace.head.slots)
         named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
 
-A chunk of ours has messages of the same size, and is read as one array. Chunks of other writers are read
-message by message where necessary. A slice reads only the chunks it needs. The memory that `column_chunks`
+Our chunks have messages of the same size, and each is read as one array. Chunks from other writers are read
+message by message if necessary. A slice reads only the chunks it needs. The memory that `column_chunks`
 uses does not depend on the length of the trace.
 """
 
@@ -35,7 +35,7 @@ __all__ = [
 
 
 def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
-    """Read the selected scans of a trace into memory: 20 bytes per scan, and two per word.
+    """Read the selected scans of a trace into memory, which takes 20 bytes per scan and two per word.
 
     Scans of a damaged chunk are missing; `trace.notes` lists these chunks.
 
@@ -60,7 +60,7 @@ def column_chunks(
 
     Args:
         selection: the scans to read; the first and the last chunk may also have other scans.
-        margin: number of additional scans before and after them, if the trace has them.
+        margin: number of additional scans before and after the selection, if the trace has them.
     """
     for section in _needed(trace, selection, margin):
         row_arrays = trace.scan_rows(section)
@@ -69,7 +69,7 @@ def column_chunks(
 
 
 def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[TraceEvent]]]:
-    """Iterate over the scans and events of all chunks, some without scans; each chunk is read once."""
+    """Iterate over the scans and events of all chunks, even those without scans; read each chunk once."""
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
         row_arrays, events = trace.scans_and_events(section)
@@ -81,12 +81,12 @@ def _joined(row_arrays: Sequence[ScanRows]) -> ScanRows:
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
-    """Return the number of scans in the chunks of `column_chunks`, from the indexes only."""
+    """Return the number of scans in the chunks that `column_chunks` yields, using only the indexes."""
     return sum(map(trace.shape.expected, _needed(trace, selection, margin)))
 
 
 def scan_at(trace: Trace, number: int) -> Scan:
-    """Return one scan, reading only the parts of the trace that lead to it.
+    """Return one scan, reading only the parts of the trace that are needed to find it.
 
     Raises:
         ValueError: the trace has no scan with this number; the message lists the scans that exist.
@@ -102,7 +102,7 @@ def scan_at(trace: Trace, number: int) -> Scan:
 
 
 def extent(trace: Trace) -> Columns:
-    """Return the first and the last scan of a trace as two rows; no rows for a trace without scans."""
+    """Return the first and last scan of a trace as two rows; no rows for a trace without scans."""
     edge_rows = [trace.edge(last=at_end) for at_end in (False, True)]
     edge_columns = [_columns(rows) for rows in edge_rows if rows is not None]
     return join(edge_columns) if edge_columns else no_columns(trace.head.layout.words)

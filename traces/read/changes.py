@@ -2,8 +2,8 @@
 
 A row shows one image of one slot in one scan. Rows are in the order of the scan: the input image, which the
 logic reads, before the output image, which it writes. Scans without a change have no row. Scans in which only
-positions and counts changed are folded: one row has their number. Changes of number tags, such as the ACC of
-a timer, are shown only with `every`.
+positions and counts changed are folded into one row that shows how many there were. Changes of number tags,
+such as the ACC of a timer, are shown only with `every`.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .sections import ScanRows
 from .tag_text import TagText
 
 _REPORTS = {"position": "position", "encoder": "encoder count"}
-"""Quantities that have a column each, and their names in texts."""
+"""Quantities that have their own columns, and their names in texts."""
 
 _MODE_CONFIG_HIGH = 0x80
 """Bit 15 of a status word, in its high byte."""
 
 Mask = NDArray[np.bool_]
-"""Whether each of some scans has a property."""
+"""Whether each scan has some property."""
 
 
 class _Reporting(NamedTuple):
@@ -63,7 +63,7 @@ class Row:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """Its texts under `ROW_TITLES`; empty where it has no value."""
+        """The row's texts under `ROW_TITLES`; empty if the row has no value."""
         numbers = ["" if number is None else str(number) for number in (self.scan, self.slot)]
         reports = ["" if number is None else f"{number:,}" for number in (self.position, self.encoder)]
         time = "" if self.now_ns is None else seconds_column(self.now_ns)
@@ -81,7 +81,8 @@ class ChangeRows:
         flag_names: returns the names of the controller's flags that are set in a scan.
         every: whether each change has a row, including changes of positions and counts.
         tags: describes changes of tags; None for a trace without tags.
-        formats: formats of the modules' numbers; None: in thousands unless the module fixes another format.
+        formats: formats of the modules' numbers; None = thousands, unless the module has another fixed
+            format.
     """
 
     def __init__(
@@ -108,7 +109,7 @@ class ChangeRows:
         self._folded_moved = dict.fromkeys(_REPORTS.values(), False)  # whether each changed in these scans
 
     def rows(self, scan: Scan) -> Iterator[Row]:
-        """Return the changes since the previous scan; for the first scan, everything that is not 0."""
+        """Yield the changes since the previous scan; for the first scan, yield everything that is not 0."""
         tags = "" if self._tags is None else self._tags.changes(self._tag_row, scan.tags)
         if not tags and scan.memory == self._memory and scan.flags == self._flags:
             self._tag_row = scan.tags
@@ -129,11 +130,11 @@ class ChangeRows:
         inside: Mask,
         as_scans: Callable[[ScanRows], Iterator[Scan]],
     ) -> Iterator[Row]:
-        """Return the changes in successive scans; like `rows`, but fast if there are few changes.
+        """Yield the changes in successive scans, like `rows` but faster if there are few changes.
 
         Args:
             scans: one or more scans.
-            inside: the scans that are shown as rows.
+            inside: the scans to show as rows.
             as_scans: converts an array to scans, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
@@ -188,7 +189,7 @@ class ChangeRows:
         self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
 
     def rest(self) -> Iterator[Row]:
-        """Yield a row with the number of scans folded since the last row, if any, and reset it."""
+        """Yield a row with the number of scans folded since the last row, if any, and reset the number."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
             names = " and ".join(name for name, has_moved in self._folded_moved.items() if has_moved)
@@ -218,7 +219,7 @@ class ChangeRows:
                     self._folded_moved[name] = True
 
     def _changes(self, scan: Scan) -> Iterator[Row]:
-        """Yield a row for changed flags of the controller, and a row for each changed image."""
+        """Yield a row if the controller's flags changed, and a row for each changed image."""
         if scan.flags != self._flags:
             old_names: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
             text = risen_and_fallen(old_names, self._flag_names(scan.flags))
@@ -239,7 +240,7 @@ class ChangeRows:
 
 
 def _reported(slot: SlotInfo, direction: str, words: Words, value: ValueReader) -> list[int | None]:
-    """Return the position and count in an image; None where it has none."""
+    """Return the position and count in an image; None for either one that it lacks."""
     if direction != "in" or slot.words.configures("in", words):
         return [None] * len(_REPORTS)
     quantities = map(slot.words.quantity, _REPORTS)
@@ -247,10 +248,10 @@ def _reported(slot: SlotInfo, direction: str, words: Words, value: ValueReader) 
 
 
 def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
-    """Return where a module reports its mode, position and count; None if it reports neither of the last two.
+    """Return where a module reports mode, position and count; None if it reports no position or count.
 
     Args:
-        start: offset of its input image in the memory block.
+        start: offset of the module's input image in the memory block.
     """
     quantities = {text_name: slot.words.quantity(name) for name, text_name in _REPORTS.items()}
     spans = {

@@ -30,7 +30,7 @@ class Columns(NamedTuple):
         return self.each(lambda column: column[rows])
 
     def images(self) -> tuple[NDArray[Any], ...]:
-        """Return the columns of the images: all but the tags."""
+        """Return the columns of the images, which are all except the tags."""
         return self[:4]
 
     def each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Columns:
@@ -49,7 +49,7 @@ def no_columns(words: int, tags: np.dtype[np.void] | None = None) -> Columns:
     """Return columns without scans.
 
     Args:
-        words: words of the memory block.
+        words: number of words in the memory block.
         tags: type of the row of tags, or None.
     """
     return Columns(
@@ -92,7 +92,7 @@ def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """A selection of the scans within a range of numbers and a range of times, ends included."""
+    """A selection of the scans within a range of numbers and a range of times, inclusive."""
 
     first: int = 0  # lowest scan number
     last: int | None = None  # highest scan number; None = to the end
@@ -100,7 +100,7 @@ class Selection:
     end_ns: int | None = None  # latest virtual time; None = to the end
 
     def rows(self, columns: Columns) -> tuple[int, int]:
-        """Return the first selected row, and the row after the last one."""
+        """Return the first selected row, and the row after the last selected row."""
         return (
             max(_at_least(columns.scan, self.first), _at_least(columns.time_ns, self.start_ns)),
             min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),

@@ -1,11 +1,11 @@
-"""Describes events in sentences: a rule that fired, a button pressed, a force, a mode, a fault."""
+"""Describes events in sentences, such as a rule that fired, a button, a force, a mode or a fault."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 OF_ADAPTERS = ("refusal", "adapter")
-"""Kinds of events in which an adapter sets bits because of its device."""
+"""Kinds of events in which an adapter sets bits because of its attached device."""
 
 
 def move_wording(kind: object, outcome: object) -> str:

@@ -2,8 +2,8 @@
 
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
-Reading does not depend on the summary, which a killed process did not write. A chunk has its length twice:
-in its head, and as the length of its data. If one of them is damaged, the chunk is still found:
+Reading does not depend on the summary, which a killed process did not write. A chunk states its length twice,
+in its header and as the length of its data. If one of them is damaged, the chunk is still found:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
          ^^^^^^                               ^^^^^^^^^^^^^^^^^^
@@ -44,14 +44,14 @@ UNDER_WAY = "it is being recorded; data after its last whole chunk are left out"
 def find_records(
     file: BinaryIO, size: int, first_spans: Sequence[Span] = (), *, drafts: bool = True
 ) -> tuple[list[Span], list[str]]:
-    """Find the records of a file. After a damaged length, continue at the next chunk, or the end.
+    """Find the records of a file. After a damaged length, continue at the next chunk or the end.
 
     Args:
         first_spans: the first records of the file, if known; the search begins after them.
         drafts: whether an unfinished chunk is read; if not, the file ends before it.
 
     Returns:
-        The whole records in order, and notes on the file's defects; the last note describes a missing end.
+        The complete records in order, and notes on the file's defects; the last note describes a missing end.
 
     Raises:
         TraceLimitError: the file has more records than the limits allow.
@@ -82,7 +82,7 @@ def _add_records(
     """Add successive records from `offset` to `spans`, up to the footer or a defect.
 
     Returns:
-        None after the footer, else the defect.
+        None if the footer was reached, otherwise the defect.
     """
     while offset + RECORD_HEAD.size <= size:
         span = _record_at(file, size, offset, notes)
@@ -129,7 +129,7 @@ def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span
 
 
 def _chunk_length(head: bytes) -> int | None:
-    """Return the length of a chunk's content, from the length of its data; None if it is no chunk."""
+    """Return the length of a chunk's content, from the length of its data; None if it is not a chunk."""
     match = _COMPRESSION.match(head, _CHUNK_NAME)
     if match is None or len(head) < match.end() + _LENGTH.size:
         return None
@@ -138,7 +138,7 @@ def _chunk_length(head: bytes) -> int | None:
 
 
 def _contradicts_itself(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a chunk at `offset` states two different lengths, so that it is damaged, not cut off."""
+    """Return whether a chunk at `offset` states two different lengths: damaged, not truncated."""
     if offset + RECORD_HEAD.size > size:
         return False
     file.seek(offset)
@@ -152,7 +152,7 @@ def _is_known(opcode: int) -> bool:
 
 
 def _begins_record(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a whole record seems to begin at `offset`, or the file ends there."""
+    """Return whether a complete record seems to begin at `offset`, or the file ends there."""
     if offset + RECORD_HEAD.size > size:
         return offset == size
     file.seek(offset)
@@ -169,7 +169,7 @@ def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
 
 
 def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the offset of a file's summary; None if it has none, or one with a wrong CRC."""
+    """Return the offset of a file's summary; None if there is no summary or its CRC is wrong."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -181,7 +181,7 @@ def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def summary_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Return a note if the CRC of the summary is wrong; None if it is right, or there is none."""
+    """Return a note if the CRC of the summary is wrong; None if it is correct or missing."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -193,7 +193,7 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the CRC of all data that a file states; 0 = it states none, None = the data have no end."""
+    """Return the CRC that a file states for all its data; 0 = none stated, None = the data has no end."""
     data_ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
         return read_record(file, data_ends[-1], DataEnd.read).data_section_crc if data_ends else None
@@ -202,7 +202,7 @@ def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Return a note if the CRC of all data is wrong; None if it is right, or the file states none."""
+    """Return a note if the CRC of all data is wrong; None if it is correct or the file states none."""
     recorded_crc = data_crc(file, spans)
     if not recorded_crc:
         return None
@@ -221,7 +221,7 @@ DATA_DAMAGE = Damage(
 
 
 def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
-    """Return the offset of the first chunk at `start` or later; None without one.
+    """Return the offset of the first chunk at `start` or later; None if there is none.
 
     A chunk is recognized by the name of its compression and by its two lengths.
     """
@@ -242,7 +242,7 @@ def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
 
 
 def _is_chunk(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a whole chunk begins at `offset`."""
+    """Return whether a complete chunk begins at `offset`."""
     span = _record_at(file, size, offset, [])
     file.seek(offset)
     return (
@@ -264,9 +264,9 @@ def _footer_at_the_end(file: BinaryIO, size: int) -> int | None:
 
 
 def _end_of_data(file: BinaryIO, size: int, start: int) -> int | None:
-    """Return the offset of the record that ends the data, found with the footer at the end of the file.
+    """Return the offset of the record that ends the data, found from the footer at the file's end.
 
-    None without a footer there, or if the data end before `start`.
+    None if there is no footer there, or if the data ends before `start`.
     """
     footer = _footer_at_the_end(file, size)
     if footer is None:

@@ -1,4 +1,4 @@
-"""The head of a trace: everything needed to read its scans, checked before use."""
+"""The head of a trace, with everything needed to read its scans, checked before use."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class TraceHead:
 
     @cached_property
     def layout(self) -> MemoryLayout:
-        """The places of the images in the memory block."""
+        """The locations of the images in the memory block."""
         return block_layout(self.slots)
 
 
@@ -72,7 +72,7 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
-    """Return channels by topic and schemas by id.
+    """Return channels by topic and schemas by ID.
 
     A sound summary lists them; without one, the first record of each in the file is used.
     """
@@ -88,7 +88,7 @@ def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel]
 
 
 def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
-    """Yield schemas and channels; without a channel among the records, those of the first chunk.
+    """Yield the schemas and channels among the records; if there is no channel, yield the first chunk's.
 
     Other tools may write them only inside chunks.
     """
@@ -150,7 +150,7 @@ def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
 def _rest_bytes(
     channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
 ) -> int:
-    """Return the number of bytes of a scan after the tags.
+    """Return the number of bytes after the tags in a scan.
 
     Raises:
         TraceError: the fields before these bytes are unknown.

@@ -1,4 +1,4 @@
-"""Describes changed images as text: bits that rose and fell, the command by name, decoded values."""
+"""Describes changed images as text, with bits that rose and fell, command names and decoded values."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ _PARAMETERS: Mapping[str, tuple[int, ...]] = {
 def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) -> str:
     """Return a changed input image of a 3601 as text: bits that rose and fell, and a captured value.
 
-    Position and counts are left out, because they have their own columns.
+    The position and counts are omitted, because they have their own columns.
 
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'
@@ -93,7 +93,7 @@ def _other_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
 
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
-    """Return a quantity in the words of its image; if its format is not fixed, it is read as thousands."""
+    """Return a quantity from the words of its image; if its format is not fixed, read it as thousands."""
     first_word, *units = words[quantity.word : quantity.word + quantity.words]
     return (quantity.format or NumberFormat.THOUSANDS).reported(first_word, units[0]) if units else first_word
 
@@ -103,8 +103,8 @@ def moded_wording(
 ) -> str:
     """Return a changed image of a module with a configuration mode as text, with the module's names.
 
-    For outputs: the bits that are on, and the quantities that changed or belong to a new command. For inputs:
-    bits that rose and fell, and changed quantities without columns of their own.
+    For outputs, this lists the bits that are on, and the quantities that changed or belong to a new command.
+    For inputs, it lists bits that rose and fell, and changed quantities that do not have their own columns.
 
     >>> from scanrack.io_images.drives.models import SMD23E2
     >>> moded_wording(SMD23E2.words, "out", (0,) * 10, (2, -0x8000, 12, 345, 5, 0, 20, 10, 0, 0))
@@ -146,7 +146,7 @@ def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
 
 
 def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]]:
-    """Return the named bits of each word that has any, by the word's number."""
+    """Return the named bits of each word that has any, by word number."""
     image = "O" if direction == "out" else "I"
     bits_of_words = {word: dict(module.bits(image, word)) for word in range(len(module.named(direction)))}
     return {word: bits for word, bits in bits_of_words.items() if bits}
@@ -164,7 +164,7 @@ def _plain_words(
 
 
 def in_configuration_mode(inputs: Words) -> bool:
-    """Return whether a 3601's input image is in configuration mode: an echo without positions."""
+    """Return whether a 3601's input image is in configuration mode, an echo without positions."""
     return bool(inputs[0] & _MODE_CONFIG)
 
 
@@ -193,7 +193,7 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
-    """Return the names of the bits that are set in a word; a bit without a name is like `bit6`.
+    """Return the names of the bits that are set in a word; bits without names appear as, e.g., `bit6`.
 
     >>> bit_names(CommandLsw, 0x0041)
     ['S_CURVE', 'bit6']
@@ -204,7 +204,7 @@ def bit_names(bits: type[IntFlag], word: int) -> list[str]:
 def module_text(
     slot: SlotInfo, direction: str, before: Words, after: Words, value: ValueReader = in_thousands
 ) -> str:
-    """Return the changes in an image of a slot as text.
+    """Return the changes in a slot's image as text.
 
     Args:
         direction: "out" or "in".
@@ -227,11 +227,11 @@ def module_text(
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
-    """Return the names of the bits that are on; a bit without a name is like `data.5`.
+    """Return the names of the bits that are on; bits without names appear as, e.g., `data.5`.
 
     Args:
         word: name of the word.
-        bits: numbers of its named bits.
+        bits: numbers of the word's named bits.
     """
     by_number = {number: name for name, number in bits.items()}
     return [by_number.get(number, f"{word}.{number}") for number in range(16) if value >> number & 1]

@@ -1,4 +1,4 @@
-"""Shows a trace in a notebook: name, length, the position of the first axis, rules and faults."""
+"""Shows a trace in a notebook, with its name, length, first axis position, rules and faults."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from .reader import Trace
 
 POINTS = 640
-"""Maximum points of the curve: one for each pixel of its width."""
+"""Maximum number of points in the curve, one for each pixel of its width."""
 
 EVENTS = 8
-"""Maximum events that are shown."""
+"""Maximum number of events to show."""
 
 
 def short_text(trace: Trace) -> str:
@@ -45,7 +45,7 @@ def as_html(trace: Trace) -> str:
 
 
 def _position_curve(trace: Trace) -> str:
-    """Return the positions of the first axis as a curve; empty with fewer than two positions."""
+    """Return the positions of the first axis as a curve; empty if there are fewer than two positions."""
     slot = next((axis_slot for axis_slot in trace.head.slots if axis_slot.words.is_axis), None)
     values = [] if slot is None else _positions(trace, slot)
     if slot is None or len(values) < 2:
@@ -55,7 +55,7 @@ def _position_curve(trace: Trace) -> str:
 
 
 def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
-    """Return at most `POINTS` positions of an axis, at even distances; skip sections of a long trace."""
+    """Return at most `POINTS` evenly spaced positions of an axis; skip sections of a long trace."""
     sections = trace.sections[:: max(1, len(trace.sections) // POINTS)]
     points_per_block = max(1, POINTS // max(len(sections), 1))
     position, formats = slot.words.quantity("position"), NumberFormats.of(trace)
@@ -71,7 +71,7 @@ def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
 
 
 def _events(trace: Trace) -> str:
-    """Return the first rules and faults, and the number of the others."""
+    """Return the first rules and faults, and how many others there are."""
     shown_events: list[tuple[str, str]] = []
     count = 0
     for event in trace.events():

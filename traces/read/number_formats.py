@@ -1,4 +1,4 @@
-"""Number formats in each scan, for modules whose configuration selects the format.
+"""The number formats in each scan, for modules whose configuration selects the format.
 
 A module reports each change in an event of kind "format"; before the first event, its numbers are in
 thousands.
@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # a run does not read recordings
     from .reader import Trace
 
 KIND = "format"
-"""Kind of the events that report formats, in the fields `reads` and `writes`."""
+"""Kind of event that reports formats, in the fields `reads` and `writes`."""
 
 _FORMATS = {number_format.value: number_format for number_format in NumberFormat}
 
@@ -61,7 +61,7 @@ class NumberFormats:
                 formats[index:end] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
-        """Return all changes: slot, "I" or "O", first scan, and format."""
+        """Return all changes, each with its slot, "I" or "O", first scan, and format."""
         return [
             (slot, "I" if is_input else "O", scan, format.value)
             for (slot, is_input), changes in self._changes.items()
@@ -77,7 +77,7 @@ class NumberFormats:
         return formats[index - 1] if index else NumberFormat.THOUSANDS
 
     def value(self, slot: int, scan: int, quantity: Quantity, words: Sequence[int]) -> int:
-        """Return a quantity in the signed words of its image in a scan."""
+        """Return a quantity from the signed words of its image in a scan."""
         first_word, *units = words[quantity.word : quantity.word + quantity.words]
         return self.at(slot, quantity, scan).reported(first_word, units[0]) if units else first_word
 
@@ -88,7 +88,7 @@ class NumberFormats:
     def values(
         self, slot: int, quantity: Quantity, scans: NDArray[np.int64], words: NDArray[np.int16]
     ) -> NDArray[np.float64]:
-        """Return a quantity of two words in successive scans.
+        """Return the values of a two-word quantity in successive scans.
 
         Args:
             scans: numbers of the scans, ascending.

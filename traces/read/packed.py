@@ -1,4 +1,4 @@
-"""Packs scans in memory: a scan needs a few bytes instead of 52, and reading in order is as fast as a list.
+"""Packs scans in memory, a few bytes each instead of 52; reading in order is as fast as from a list.
 
 chunk      4,096 scans, compressed
 view       a column as a sequence; it keeps the chunk that was read last unpacked
@@ -18,12 +18,12 @@ from .columns import Columns, join, no_columns
 CHUNK_SCANS = 4096
 
 _HEAD = 3
-"""Numbers before a scan's images: number, time, flags."""
+"""Number of values before a scan's images: its number, time and flags."""
 
 T = TypeVar("T")
 
 RECENT = 16
-"""Maximum number of unpacked chunks that are kept, since searches read chunks more than once."""
+"""Maximum number of unpacked chunks to keep, since searches read chunks more than once."""
 
 
 class PackedScans:
@@ -61,7 +61,7 @@ class PackedScans:
         self._unpacked = rows.each(lambda column: column[start:].copy())
 
     def chunk(self, number: int) -> Columns:
-        """Return the scans of a chunk; no scans after the last chunk."""
+        """Return the scans of a chunk; empty if the number is past the last chunk."""
         if number < len(self._packed):
             unpacked = self._recent.pop(number, None) or self._unpack(self._packed[number])
             self._recent[number] = unpacked
@@ -76,7 +76,7 @@ class PackedScans:
             yield self._unpack(self._packed[number]) if number < len(self._packed) else self._unpacked
 
     def columns(self, first: int = 0) -> Columns:
-        """Return the scans from chunk `first` on, unpacked: 20 bytes per scan and two per word."""
+        """Return the scans from chunk `first` on, unpacked to 20 bytes per scan and two per word."""
         return join([no_columns(self._words), *self.chunks(first)])
 
     def view(self, values: Callable[[Columns], Sequence[T]]) -> View[T]:
@@ -110,7 +110,7 @@ class NotedScans:
         return len(self._packed) + len(self._heads) // _HEAD
 
     def add(self, scan: int, now_ns: int, flags: int, block: bytes | bytearray) -> None:
-        """Add a scan: its number, time and flags, and the rack's current memory block."""
+        """Add a scan with its number, time and flags, and the rack's current memory block."""
         self._heads.extend((scan, now_ns, flags))
         self._blocks += block
         if len(self._heads) == _HEAD * CHUNK_SCANS:
@@ -128,7 +128,7 @@ class NotedScans:
 
 
 class View(Sequence[T], Generic[T]):
-    """A sequence of values computed from each scan; fast when read in order.
+    """A sequence of values computed from each scan, which is fast when read in order.
 
     Args:
         values: returns the values of a chunk, one for each scan.

@@ -4,8 +4,8 @@
         for scan in trace.scans():
             scan.inputs(1)[2]              # slot 1, input word 2
 
-A killed process leaves a trace without an end; it is read up to its last whole
-chunk, with a note in `notes`. A damaged chunk is left out, and noted.
+A killed process leaves a trace without an end, which is read up to its last complete chunk, with a note in
+`notes`. A damaged chunk is skipped and noted.
 """
 
 from __future__ import annotations
@@ -98,18 +98,18 @@ class Records:
     """A file of records, with any topics, open for reading.
 
     Args:
-        grows: whether it is being recorded; if so, the draft at its end is left out, since it may disappear
-            at any time.
+        grows: whether the file is being recorded; if so, the draft at its end is ignored, since it may
+            disappear at any time.
 
     Attributes:
-        size: bytes of the file, without such a draft.
+        size: size of the file without an ignored draft, bytes.
         notes: the defects of the file; a damaged chunk is noted when it is read.
-        spans: places of its whole records, in order.
-        sections: places of the messages, in the order of the file.
-        shape: layout of the scans in the sections; without scans here.
+        spans: locations of the file's complete records, in order.
+        sections: locations of the messages, in file order.
+        shape: layout of the scans in the sections; here, a layout without scans.
 
     Raises:
-        TraceError: it is not an MCAP file.
+        TraceError: the file is not an MCAP file.
         TraceLimitError: it has more records than the limits allow.
     """
 
@@ -140,7 +140,7 @@ class Records:
 
     @property
     def may_grow(self) -> bool:
-        """Whether the file has no end yet."""
+        """Whether the file may still grow, because it has no end yet."""
         return bool(self._end_notes)
 
     def follow(self) -> bool:
@@ -164,7 +164,7 @@ class Records:
         return bool(self.spans) and self.spans[-1].end > end_before
 
     def _last_chunk(self) -> int:
-        """Return the index of the last chunk among the records, 0 without one."""
+        """Return the index of the last chunk among the records; 0 if there is none."""
         indexes = range(len(self.spans) - 1, -1, -1)
         return next((index for index in indexes if self.spans[index].opcode == Opcode.CHUNK), 0)
 
@@ -195,7 +195,7 @@ class Records:
             return None
 
     def check_data(self) -> None:
-        """Note a wrong CRC of all data, once, unless damage is already known.
+        """If the CRC of all data is wrong, note this once, unless damage is already known.
 
         Only this CRC protects the metadata. The whole file is read: 1 GB takes about 1 s.
         """
@@ -211,7 +211,7 @@ class Records:
         return self.file.read(span.end - span.offset)
 
     def note(self, note: str) -> None:
-        """Add a note, unless it exists. A note on specific damage replaces the general one."""
+        """Add a note unless it already exists. A note about specific damage replaces the general one."""
         if note in self.notes:
             return
         if isinstance(note, Damage) and DATA_DAMAGE in self.notes:
@@ -220,18 +220,18 @@ class Records:
 
 
 class Trace(Records):
-    """A trace of scans, open for reading. Each iteration starts at its beginning.
+    """A trace of scans, open for reading. Each iteration starts at the beginning of the trace.
 
     Args:
         file: the file, open for reading; it is closed with the trace.
         grows: see `Records`.
-        check: whether data of up to `CHECKED_BYTES` are checked, see `check_data`.
+        check: whether to check the data of a file of up to `CHECKED_BYTES`, see `check_data`.
 
     Attributes:
         shape: layout of the scans in its sections.
 
     Raises:
-        TraceError: the file is not a trace, or of an unknown version.
+        TraceError: the file is not a trace, or has an unknown version.
     """
 
     def __init__(self, file: BinaryIO, size: int, *, grows: bool = False, check: bool = True) -> None:
@@ -269,7 +269,7 @@ class Trace(Records):
         return grown
 
     def _leave_out_repeated(self) -> None:
-        """Leave out and note chunks with the times and size of an earlier one, which no recorder writes."""
+        """Skip and note chunks with an earlier chunk's times and size, which no recorder writes."""
         kept_sections: dict[tuple[int, ...], Section] = {}
         for section in self.sections:
             has_duration = section.is_chunk and section.start_ns < section.end_ns
@@ -282,7 +282,7 @@ class Trace(Records):
         self.sections = list(kept_sections.values())
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
-        """Iterate over scans and events in the order of the file; damaged parts are noted and left out."""
+        """Iterate over scans and events in file order; damaged parts are noted and skipped."""
         for section in self.sections:
             for entry in self.entries(section):
                 if isinstance(entry, TraceEvent):
@@ -291,7 +291,7 @@ class Trace(Records):
                     yield from self.as_scans(entry)
 
     def entries(self, section: Section) -> Iterator[ScanRows | TraceEvent]:
-        """Iterate over a section: successive scans as an array, and events."""
+        """Iterate over a section, yielding successive scans as an array, and events."""
         for message in self._messages(section):
             if isinstance(message, Message):
                 yield from self._events(message, section)
@@ -302,16 +302,16 @@ class Trace(Records):
         return hooks.short_text(self)
 
     def _repr_html_(self) -> str:
-        """Return the trace for a notebook: name, length, position, rules and faults."""
+        """Return the trace as HTML for a notebook, with name, length, position, rules and faults."""
         return hooks.as_html(self)
 
     def to_pandas(self, *signals: str) -> pandas.DataFrame:
-        """Return the trace as a DataFrame of pandas, see `traces.export.to_pandas`."""
+        """Return the trace as a pandas DataFrame, see `traces.export.to_pandas`."""
         frame: pandas.DataFrame = hooks.to_pandas(self, signals)
         return frame
 
     def to_polars(self, *signals: str) -> polars.DataFrame:
-        """Return the trace as a DataFrame of Polars, see `traces.export.to_polars`."""
+        """Return the trace as a Polars DataFrame, see `traces.export.to_polars`."""
         frame: polars.DataFrame = hooks.to_polars(self, signals)
         return frame
 
@@ -331,8 +331,8 @@ class Trace(Records):
         """Iterate over the events. Only chunks that may have selected events are read.
 
         Args:
-            start_ns: chunks that end before this time are left out.
-            end_ns: chunks that begin after this time are left out; None = no limit.
+            start_ns: chunks that end before this time are skipped.
+            end_ns: chunks that begin after this time are skipped; None = no limit.
             topics: topics of the selected events; None = all.
         """
         for section in self.sections:
@@ -358,7 +358,8 @@ class Trace(Records):
     def may_contain(self, section: Section, topics: Collection[str] | None = None) -> bool:
         """Return, without reading a section, whether it may have events.
 
-        The indexes of a section decide, unless the file is damaged, or more indexes may follow at its end.
+        The answer comes from the section's indexes, unless the file is damaged or more indexes may follow at
+        its end.
 
         Args:
             topics: topics of the selected events; None = all.
@@ -383,7 +384,7 @@ class Trace(Records):
         return texts
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
-        """Return the scans of a section as arrays; a damaged section is noted and has none."""
+        """Return the scans of a section as arrays; a damaged section is noted and treated as empty."""
         return _rows_of(self._messages(section))
 
     def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
@@ -398,7 +399,7 @@ class Trace(Records):
             yield Scan(scan, now_ns, flags, block, places, tags[index] if tags else b"")
 
     def edge(self, *, last: bool) -> ScanRows | None:
-        """Return the first or the last scan as an array with one row; None for a trace without scans."""
+        """Return the first or last scan as an array with one row; None for a trace without scans."""
         for section in reversed(self.sections) if last else self.sections:
             if row_arrays := self.scan_rows(section):
                 return row_arrays[-1][-1:] if last else row_arrays[0][:1]
@@ -413,7 +414,7 @@ class Trace(Records):
         return self._first_scans[index]
 
     def place_of(self, scan: int) -> int:
-        """Return the index of the last section that begins with this scan or an earlier one; -1 if none does.
+        """Return the index of the last section that begins at or before this scan; -1 if there is none.
 
         The search starts at an estimated index and doubles its steps, so that it reads few sections.
         """
@@ -431,7 +432,7 @@ class Trace(Records):
         return low
 
     def _estimated_index(self, scan: int) -> int:
-        """Return the estimated section of a scan, assuming that all scans take the same time."""
+        """Return the estimated index of a scan's section, assuming that all scans take the same time."""
         last_section = len(self.sections) - 1
         if last_section < 1:
             return 0
@@ -443,7 +444,7 @@ class Trace(Records):
         return min(max(index - 1, 0), last_section)
 
     def attachments(self) -> list[Attachment]:
-        """Return the attachments: program, rack file, word map."""
+        """Return the attachments, such as the program, the rack file and the word map."""
         attachments = []
         for span in self.spans:
             if span.opcode == Opcode.ATTACHMENT:
@@ -454,12 +455,12 @@ class Trace(Records):
         return attachments
 
     def attachment_names(self) -> list[tuple[Span, str]]:
-        """Return the places and names of the attachments without reading their data."""
+        """Return the locations and names of the attachments without reading their data."""
         spans = [span for span in self.spans if span.opcode == Opcode.ATTACHMENT]
         return [(span, attachment_name(self.file, span)) for span in spans]
 
     def _messages(self, section: Section) -> list[ScanRows | Message]:
-        """Return scans and messages of a section; a damaged section is noted and has none."""
+        """Return the scans and messages of a section; a damaged section is noted and treated as empty."""
         contents = [part.content for part in self.parts(section) or ()]
         messages = [content for content in contents if not isinstance(content, Channel | Schema)]
         return [message for message in messages if not self._note_malformed(message, section)]
@@ -471,7 +472,7 @@ class Trace(Records):
                 yield from self._events(message, section)
 
     def _note_malformed(self, message: ScanRows | Message, section: Section) -> bool:
-        """Note a malformed scan; return whether it is one."""
+        """Note a message that is a malformed scan; return whether it is malformed."""
         if not isinstance(message, Message) or message.channel != self.shape.channel:
             return False
         self.note(
@@ -481,7 +482,7 @@ class Trace(Records):
         return True
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
-        """Yield the event in a message; note a message that is no event."""
+        """Yield the event in a message; note a message that is not an event."""
         topic = self._topics.get(message.channel)
         if topic not in _EVENT_TOPICS:
             self._note_unknown_channel(message.channel, topic)
@@ -509,7 +510,7 @@ class Trace(Records):
             self._end_notes = [*self._end_notes[:1], *location_notes]
 
     def _where_it_ends(self) -> Iterator[str]:
-        """Yield notes on the last scan of a trace without an end, and on an unfinished chunk after it."""
+        """Yield notes about the last scan of a trace without an end, and an unfinished chunk after it."""
         row = self.edge(last=True)
         if row is None:
             yield "no whole chunk with scans"
@@ -525,7 +526,7 @@ def open_records(path: Path | str) -> Records:
     """Open any MCAP file for reading, such as the trace of a serial line.
 
     Raises:
-        TraceError: it can't be read, or is not an MCAP file. The message names the path.
+        TraceError: the file can't be read, or is not an MCAP file. The message names the path.
         TraceLimitError: it has more records than the limits allow.
     """
     return _opened(Path(path), Records)
@@ -538,8 +539,8 @@ def open_trace(path: Path | str, *, check: bool = True) -> Trace:
         check: see `Trace`; a caller that reads all bytes may check the CRC itself.
 
     Raises:
-        TraceError: it can't be read, is not an MCAP file, has no scans of ours, or scans with a layout
-            that this version does not know. The message names the path.
+        TraceError: the file can't be read, is not an MCAP file, has none of our scans, or has scans whose
+            layout is unknown to this version. The message names the path.
         TraceLimitError: it has more records than the limits allow. Reading may also raise it.
     """
     return _opened(Path(path), partial(Trace, check=check))
@@ -566,7 +567,7 @@ def _opened(path: Path, kind: Callable[..., R]) -> R:
 
 
 _NO_SCAN = 1 << 32
-"""A number greater than that of any scan."""
+"""A number greater than any scan number."""
 
 _EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
 

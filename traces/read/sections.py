@@ -55,8 +55,8 @@ class Part(NamedTuple):
     """A part of a section.
 
     Attributes:
-        offset: its first byte in the section.
-        content: successive scans, another message, or a channel or schema.
+        offset: offset of the part's first byte in the section.
+        content: successive scans, some other message, or a channel or schema.
     """
 
     offset: int
@@ -75,7 +75,7 @@ class Section:
 
     @property
     def is_chunk(self) -> bool:
-        """Whether it is a chunk."""
+        """Whether the section is a chunk."""
         return self.span.opcode == Opcode.CHUNK
 
 
@@ -100,7 +100,7 @@ def find_sections(file: BinaryIO, spans: Sequence[Span]) -> list[Section]:
 
 
 def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
-    """Read the head of a chunk; the caller may fill `counts` later."""
+    """Return a chunk's section from the head of the chunk; the caller may fill `counts` later."""
     file.seek(span.offset + RECORD_HEAD.size)
     head = file.read(min(span.length, _CHUNK_HEAD.size))
     start_ns, end_ns, size = _CHUNK_HEAD.unpack(head) if len(head) == _CHUNK_HEAD.size else (0, _EVER, 0)
@@ -136,13 +136,13 @@ def _stretch(messages: Sequence[Span]) -> Section:
 
 
 class ScanShape:
-    """Layout of a trace's scans in its sections.
+    """The layout of scans in a trace's sections.
 
     Args:
-        channel: id of the scans' channel; None for a trace without scans.
+        channel: ID of the scans' channel; None for a trace without scans.
         memory_bytes: size of the rack's memory block.
         tags: type of the row of tags after the memory block, or None.
-        rest_bytes: bytes of a scan after the tags, which are ignored.
+        rest_bytes: number of bytes after the tags in a scan, which are ignored.
 
     Attributes:
         layout: the message record of a scan as a numpy type.
@@ -164,27 +164,27 @@ class ScanShape:
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
 
     def only_scans(self, section: Section) -> bool:
-        """Return whether the index of a chunk proves that it has only scans.
+        """Return whether a chunk's index proves that the chunk has only scans.
 
-        Size and index must agree, so that a damaged or incomplete index is not used.
+        The size and index must agree, so that a damaged or incomplete index is not used.
         """
         count = 0 if self.channel is None else section.counts.get(self.channel, 0)
         return section.is_chunk and count * self.stride == section.size
 
     def expected(self, section: Section) -> int:
-        """Return the expected number of scans in a section, from its index or from its size."""
+        """Return the expected number of scans in a section, based on its index or its size."""
         if self.channel is None:
             return 0
         return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
 
     def take_apart(self, data: bytes) -> Iterator[Part]:
-        """Yield the parts of a section: successive scans as one part, and other records one by one.
+        """Yield the parts of a section, with successive scans as one part and other records one by one.
 
-        A message on the scans' channel with another layout becomes a `Message`.
+        A message on the scans' channel that has a different layout becomes a `Message`.
 
         Raises:
-            ValueError: the data are not whole records.
-            TraceLimitError: there are too many records; the message is the end of a sentence.
+            ValueError: the data is not made up of complete records.
+            TraceLimitError: there are too many records; the caller completes the message into a sentence.
         """
         offset = singles = single_bytes = 0
         while offset < len(data):
@@ -216,7 +216,7 @@ class ScanShape:
         return len(rows)
 
     def _is_scan(self, data: bytes, offset: int) -> bool:
-        """Return whether a whole scan begins at `offset`: like `_are_scans`, but for a single scan."""
+        """Return whether a complete scan begins at `offset`, like `_are_scans` but for a single scan."""
         is_whole = offset + self.stride <= len(data)
         return (
             is_whole
@@ -234,7 +234,7 @@ class ScanShape:
 
 
 def lost_scans(shape: ScanShape, section: Section) -> str:
-    """Return a section's scans as text for a note: their expected number and times, as far as known."""
+    """Return text for a note about a section's scans, with their expected number and times if known."""
     count = shape.expected(section)
     if not count or section.end_ns >= _EVER:
         return "its scans"

@@ -1,6 +1,7 @@
 """Reads the waits of a program's sequences from the messages of /sequences.
 
-A sequence has a message in each scan where a wait begins. The wait lasts until the sequence's next message.
+A sequence has a message in each scan in which a wait begins. The wait lasts until the sequence's next
+message.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ OVER = "over"
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """The wait of a sequence that begins in a scan."""
+    """A wait of a sequence, which begins in a scan."""
 
     scan: int
     now_ns: int
@@ -33,7 +34,7 @@ class Step:
 
     @property
     def label(self) -> str:
-        """Line and condition of the wait as text.
+        """The line and condition of the wait as text.
 
         >>> Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)").label
         'line 14: axis.move_to(4000)'
@@ -41,7 +42,7 @@ class Step:
         return f"line {self.line}: {self.wait}" if self.line else OVER
 
     def __str__(self) -> str:
-        """Return the line, the condition and the beginning of the wait.
+        """Return the line, the condition and the start time of the wait.
 
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
@@ -70,5 +71,5 @@ def steps_of(events: Iterable[TraceEvent]) -> dict[str, list[Step]]:
 
 
 def sequence_steps(trace: Trace) -> dict[str, list[Step]]:
-    """Return the steps of each sequence in a trace; empty if none is recorded."""
+    """Return the steps of each sequence in a trace; empty if none are recorded."""
     return steps_of(trace.events()) if SEQUENCES.name in trace.head.channels else {}

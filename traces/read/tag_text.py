@@ -20,7 +20,7 @@ class TagText:
 
     Args:
         texts: the recorded texts by code.
-        every: whether changes of numbers are shown.
+        every: whether to show changes of numbers.
     """
 
     def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:
@@ -41,7 +41,7 @@ class TagText:
         return is_changed
 
     def changes(self, before: bytes, after: bytes) -> str:
-        """Return the changes as text; without a previous row, the values that are not 0."""
+        """Return the changes as text; if there is no previous row, return the values that are not 0."""
         if before == after:
             return ""
         new_values = np.frombuffer(after, self._dtype)

@@ -1,4 +1,4 @@
-"""The contents of a trace as named columns: bits, words and decoded values, block by block.
+"""The contents of a trace as named columns of bits, words and decoded values, block by block.
 
 slot1.in.COMMAND_ERROR    a bit                      slot1.in.position   a decoded value
 slot1.in.status_msw       a word                     slot1.speed         a measured speed

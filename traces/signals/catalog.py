@@ -32,11 +32,11 @@ NO_STEPS: Steps = MappingProxyType({})
 
 
 class UnknownSignalError(ValueError):
-    """No signal, or more than one, has this name."""
+    """No signal, or more than one signal, has this name."""
 
 
 class Catalog(Mapping[str, Signal]):
-    """The signals of a rack by name, ordered for readability: per slot speed, values, bits, words.
+    """The signals of a rack by name, ordered for readability: for each slot speed, values, bits, words.
 
     A bit without its own name has a numbered name such as `slot1.in.word3.12`; the catalog finds these names,
     but does not list them.
@@ -72,7 +72,7 @@ class Catalog(Mapping[str, Signal]):
         return cls(trace.head.slots, trace.head.tags, trace.texts(), sequence_steps(trace), formats)
 
     def __getitem__(self, name: str) -> Signal:
-        """Return a signal, by its name in the trace or in the program, or by the address of an image.
+        """Return a signal by its name in the trace or the program, or by an image address.
 
         Raises:
             UnknownSignalError: the name is unknown (the message has similar names) or ambiguous.
@@ -107,7 +107,7 @@ class Catalog(Mapping[str, Signal]):
 
         Args:
             patterns: names, with `*` and `?` as in file names; a tag's name may be its name in the program.
-                Empty = everything except words whose bits or values are signals.
+                Empty = all signals except words whose bits or values are signals.
 
         Raises:
             UnknownSignalError: a pattern matches nothing.
@@ -121,7 +121,7 @@ class Catalog(Mapping[str, Signal]):
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
 
     def _names_of(self, pattern: str) -> list[str]:
-        """Return the signals that match a pattern, else the matching tags, else the signal of that name."""
+        """Return the matching signals, otherwise the matching tags, otherwise the signal with that name."""
         matches = [name for name in self._signals if fnmatchcase(name, pattern)]
         return matches or [signal.name for signal in self.tags_named(pattern)] or [self[pattern].name]
 
@@ -129,7 +129,7 @@ class Catalog(Mapping[str, Signal]):
         """Return the recorded tags that match a pattern.
 
         Raises:
-            UnknownSignalError: several programs have a tag of that name.
+            UnknownSignalError: several programs have a tag with that name.
         """
         try:
             member = self._names.scoped(pattern)
@@ -170,7 +170,7 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
     def _close_to(self, name: str) -> list[str]:
-        """Return the signals with similar names, else those with a similar last part."""
+        """Return the signals with similar names, otherwise the signals whose last part is similar."""
         by_lower_name = {signal_name.lower(): signal_name for signal_name in self._signals}
         close_names = get_close_matches(name.lower(), list(by_lower_name), 3, 0.7)
         if close_names:

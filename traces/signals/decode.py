@@ -1,4 +1,4 @@
-"""Decodes words of a module with two modes to bits and speeds, for whole columns at once."""
+"""Decodes words of a module with two modes into bits and speeds, a whole column at a time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
 def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:
     """Return True for scans in which a named bit is set.
 
-    In configuration mode most bits mirror the configuration; they count as clear.
+    In configuration mode, most bits mirror the configuration, so they count as clear.
 
     Args:
         image: "I" or "in", "O" or "out".
@@ -58,7 +58,7 @@ def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) ->
 
     Args:
         words: an input image's words, a row per scan.
-        positions: its position, NaN in configuration mode.
+        positions: the axis's position, NaN in configuration mode.
     """
     motion = np.zeros(len(words))
     change = np.diff(positions)
@@ -69,7 +69,7 @@ def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) ->
 
 
 def speed(steps: NDArray[np.float64], time_ns: NDArray[np.int64], margin: int) -> NDArray[np.float64]:
-    """Return the mean speed from `margin` scans before each scan to `margin` scans after it, steps/s, signed.
+    """Return the signed mean speed from `margin` scans before to `margin` after each scan, steps/s.
 
     Args:
         steps: the motion since the previous scan, see `travel`.

@@ -34,7 +34,7 @@ class SignalNames:
         self._slots = slots
 
     def find(self, text: str) -> str | None:
-        """Return the name in the trace of a signal; None for an unknown name.
+        """Return a signal's name in the trace; None for an unknown name.
 
         Raises:
             AmbiguousNameError: several signals have the name.
@@ -44,10 +44,10 @@ class SignalNames:
         return self._by_key.get(key) or self._by_part(key) or self._name_at_address(text)
 
     def scoped(self, pattern: str) -> str:
-        """Return a pattern with the name of its program; see `in_scope`.
+        """Return a pattern qualified with the name of its program; see `in_scope`.
 
         Raises:
-            AmbiguousNameError: several programs have a tag of that name.
+            AmbiguousNameError: several programs have a tag with that name.
         """
         return pattern if _WILD.search(pattern) else in_scope(pattern, self._bases)
 
@@ -62,7 +62,7 @@ class SignalNames:
 
     @cached_property
     def _parts(self) -> Mapping[str, list[str]]:
-        """Names of signals by the last part of a tag's name, and by the name of a terminal."""
+        """Names of signals, by the last part of a tag's name or by the name of a terminal."""
         names_by_part: dict[str, list[str]] = {}
         for signal in self._tags:
             last_part = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
@@ -82,10 +82,10 @@ class SignalNames:
         return names[0] if names else None
 
     def _name_at_address(self, text: str) -> str | None:
-        """Return the name of the word or bit at an address; None if the text is no address.
+        """Return the name of the word or bit at an address; None if the text is not an address.
 
-        An address such as `Local:1:I.Data[0].3` means the bit in both modes of a stepper. A bit's name is for
-        command mode only.
+        An address such as `Local:1:I.Data[0].3` means the bit in both modes of a stepper. A bit's name refers
+        to command mode only.
         """
         words = {slot.number: slot.words for slot in self._slots}
         try:
@@ -104,7 +104,8 @@ class SignalNames:
 def is_named(signal: Signal, pattern: str) -> bool:
     r"""Return whether a pattern matches a tag's name in the trace, or the end of its full name.
 
-    `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name also
+    `*` and `?` are wildcards, and brackets are subscripts; case does not matter. As in a rack file, a name
+    also
     matches its members and elements.
 
     >>> from .signal import SignalKind

@@ -26,7 +26,7 @@ class SignalKind(Enum):
     """A signed word of the image; an array of int16, or of uint32 for the CPU's flags."""
 
     VALUE = "value"
-    """A whole number joined from two words; an array of float64, NaN in configuration mode."""
+    """A whole number combined from two words; an array of float64, NaN in configuration mode."""
 
     NUMBER = "number"
     """A number of the program; an array of the tag's own type."""
@@ -52,12 +52,12 @@ class Signal:
 
     @property
     def path(self) -> tuple[str, ...]:
-        """The parts of its name: slot, direction, and the name itself."""
+        """The parts of the signal's name, which are slot, direction, and the name itself."""
         return tuple(self.name.split("."))
 
 
 def names_of(codes: Array, names: Mapping[int, str]) -> list[str]:
-    """Return the names of codes; for a code without a name, its number as text.
+    """Return the names of codes; a code without a name is returned as its number in text.
 
     >>> names_of(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
     ['FILL', 'IDLE', '7']
@@ -66,7 +66,7 @@ def names_of(codes: Array, names: Mapping[int, str]) -> list[str]:
 
 
 def whole_numbers(values: Array) -> tuple[Array, Array]:
-    """Return values of kind VALUE as whole numbers, 0 where one is missing, and a mask of missing values.
+    """Return values of kind VALUE as whole numbers (0 if missing), and a mask of the missing values.
 
     >>> numbers, missing = whole_numbers(np.array([4.0, np.nan]))
     >>> numbers.tolist(), missing.tolist()

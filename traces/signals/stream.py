@@ -21,12 +21,12 @@ from ..read.columns import ALL, Columns, Selection, join
 from ..read.reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
-"""Time over which speeds are averaged. Over a shorter time, the rounding of a position to steps is noise."""
+"""Time over which speeds are averaged. Over a shorter time, rounding to whole steps would cause noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Several successive scans."""
+    """A block of successive scans."""
 
     wide: Columns  # the scans' columns, with up to `margin` more scans on either side
     start: int  # first row of `wide` that belongs to the block
@@ -81,7 +81,7 @@ def blocks(
     """Iterate over the selected scans of a trace, block by block, in order.
 
     Args:
-        progress: called at each block with the number of scans read so far.
+        progress: called for each block with the number of scans read so far.
         measured: whether the caller reads signals that depend on several scans; if not, blocks have no
             additional scans.
 
@@ -105,12 +105,12 @@ def blocks(
 
 
 def count(trace: Trace, selection: Selection = ALL) -> int:
-    """Return the final `progress` of `blocks`, from the indexes."""
+    """Return the final `progress` of `blocks`, using only the indexes."""
     return scan_count(trace, selection, margin=half_window(trace))
 
 
 def _empty_message(selection: Selection, ends: Columns) -> str:
-    """Return the message for an empty selection; `ends` has the first and the last scan."""
+    """Return the message for an empty selection; `ends` has the trace's first and last scan."""
     if not len(ends.scan):
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
@@ -125,7 +125,7 @@ def half_window(trace: Trace) -> int:
 
 
 def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Columns, int, int]]:
-    """Yield each part of a stream with `margin` rows before and after it: columns, first row, end row."""
+    """Yield each part of a stream with `margin` rows on either side: columns, first row, end row."""
     if not margin:
         yield from ((columns, 0, len(columns.scan)) for columns in stream)
         return

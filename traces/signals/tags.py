@@ -1,4 +1,4 @@
-"""Recorded tags as signals: `tags.fill_acc`, an element `tags.counts.3`, a bit of a code `tags.step.FILL`."""
+"""Recorded tags as signals: `tags.fill_acc`, element `tags.counts.3`, code bit `tags.step.FILL`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .signal import Array, Signal, SignalKind
 from .stream import Block
 
 CODES = ("ENUM", "TEXT")
-"""Types whose values are codes of names."""
+"""Types whose values are codes for names."""
 
 
 def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
@@ -39,7 +39,7 @@ def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
 
 
 def constant(signal: Signal, name: str) -> Signal | None:
-    """Return the signal that is true in scans with the code of a name; None if no code has the name."""
+    """Return a signal that is true in scans that have a name's code; None if no code has this name."""
     codes = [code for code, code_name in signal.names.items() if code_name == name]
     if signal.kind is not SignalKind.CODE or not codes:
         return None

@@ -1,1 +1,1 @@
-"""Writing recordings."""
+"""Writes recordings."""

@@ -1,4 +1,4 @@
-"""Writes MCAP in chunks, with a message layout of its own.
+"""Writes MCAP in chunks, using a custom message layout.
 
 A message takes one struct pack and one append; the `mcap` library's writer takes five
 times as long. All other records are written with the library's own classes.
@@ -35,7 +35,7 @@ _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
 _SEQUENCE_MASK = 0xFFFF_FFFF
 _NEVER_NS = 1 << 64
-"""A time after all others, ns."""
+"""A time later than any other, ns."""
 
 _GAPS, _GAP_MORE = 2, 1 << 16
 """Room for a chunk before its draft: this multiple of its uncompressed size, plus this many bytes."""
@@ -48,7 +48,7 @@ class Sink(Protocol):
         """Write records."""
 
     def tell(self) -> int:
-        """Return the number of written bytes."""
+        """Return the number of bytes written."""
 
 
 class ChunkWriter:
@@ -76,7 +76,7 @@ class ChunkWriter:
 
     @property
     def open_bytes(self) -> int:
-        """Bytes of messages in the chunk that is not written yet."""
+        """Number of message bytes in the chunk that has not been written yet."""
         return len(self._records)
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
@@ -92,7 +92,7 @@ class ChunkWriter:
         return number
 
     def register(self, schema: ScanSchema, topics: Iterable[Topic]) -> dict[str, int]:
-        """Register /scan and the topics of events; return the channels' ids by topic."""
+        """Register /scan and the topics of events; return the channel IDs by topic."""
         scan = self.channel(SCAN_TOPIC, MESSAGE_ENCODING, schema.name, SCHEMA_ENCODING, schema.text)
         events = {
             topic.name: self.json_channel(topic.name, topic.schema, topic.schema_text) for topic in topics
@@ -111,7 +111,7 @@ class ChunkWriter:
         self._write(content)
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment, without a time."""
+        """Write an attachment that has no time."""
         record = Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
         content = encoded(record)
         self._summary.attachment(self._file.tell(), len(content), record)
@@ -156,7 +156,7 @@ class ChunkWriter:
     def _offsets_of(self, count: int, stride: int) -> array[int]:
         """Return the offsets of the next messages, of `stride` bytes each.
 
-        They are the same in most chunks, so that the array of the last chunk is reused.
+        They are the same in most chunks, so the last chunk's array is reused.
         """
         start = len(self._records)
         first_index, gap = divmod(start, stride)
@@ -215,7 +215,7 @@ def chunk_of(
     last_ns: int,
     compressor: zstandard.ZstdCompressor | None = None,
 ) -> Chunk:
-    """Return a chunk with some messages.
+    """Return a chunk that contains the given message records.
 
     Args:
         first_ns: time of the earliest message.

@@ -4,8 +4,8 @@
     /unit1      registers, inputs and outputs of the device at address 1, by name; on change only
     /unit2      ...
 
-`log_time` is virtual ns since power-up. Every value is a field of its own, so that Foxglove and Lichtblick
-can plot `/unit1.position` directly.
+`log_time` is virtual ns since power-up. Every value is a separate field, so that Foxglove and Lichtblick can
+plot `/unit1.position` directly.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ LINE_SCHEMA = {
 
 @dataclass(frozen=True, slots=True)
 class UnitColumns:
-    """One device on the line: its address, and the names of its values."""
+    """A device on the line, with its address and the names of its values."""
 
     address: int
     names: Sequence[str]
@@ -81,11 +81,11 @@ class LineRecorder:
         self._writer.add_metadata(METADATA, dict(metadata))
 
     def received(self, now_ns: int, data: bytes) -> None:
-        """Record bytes that the devices have received."""
+        """Record bytes that the devices received."""
         self._bytes(now_ns, "received", data)
 
     def sent(self, now_ns: int, data: bytes) -> None:
-        """Record bytes that a device has sent."""
+        """Record bytes that a device sent."""
         self._bytes(now_ns, "sent", data)
 
     def unit(self, now_ns: int, address: int, values: Mapping[str, int]) -> None:
@@ -95,7 +95,7 @@ class LineRecorder:
             self._message(self._unit_channels[address], now_ns, values)
 
     def draft(self) -> None:
-        """Write the open chunk uncompressed, so that it survives a kill of the process."""
+        """Write the open chunk uncompressed, so that it survives if the process is killed."""
         self._writer.draft(self._file)
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
-"""The file of a recorder: whole records, and disk space reserved for the end.
+"""A recorder's file, which has only complete records, and disk space reserved for its end.
 
 Few tools open a trace without its summary, and a full disk has no space for one. Therefore an anonymous file
-in the same directory reserves space from the start: enough for the open chunk, its index and the summary.
+in the same directory reserves enough space from the start for the open chunk, its index and the summary.
 
     disk  | trace ............ | reserve |          recording
     disk  | trace .......................|X         the disk is full: the reserve is released
@@ -9,7 +9,7 @@ in the same directory reserves space from the start: enough for the open chunk, 
     disk  | trace ...........chunk|summary|         the summary is written
 
 The messages of an unfinished chunk can be written as a draft. A gap before the draft is large enough for the
-chunk, which is written there later, its first bytes last. Then the draft is cut off. A killed process
+chunk, which is later written there, ending with its first bytes. The draft is then cut off. A killed process
 therefore leaves the complete draft or the complete chunk.
 
     trace | DRAFT, gap ......... | message | message |
@@ -38,18 +38,18 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """Errors of a full disk and of an exhausted quota."""
 
 SUMMARY_BYTES_PER_WRITE = 256
-"""Maximum bytes that a write adds to the summary: one chunk index, of 77 bytes and 10 bytes per channel."""
+"""Maximum bytes that a write adds to the summary: one chunk index of 77 bytes plus 10 bytes per channel."""
 
 SUMMARY_ROOM = 64 * 1024
-"""The reserve's bytes for the summary; it grows by this size before they are used up."""
+"""Number of bytes reserved for the summary; the reserve grows by this size before they are used up."""
 
 
 class TraceFull(OSError):  # noqa: N818 - names the condition
     """The disk has no space to extend the trace.
 
     Attributes:
-        complete: whether everything recorded so far is in the file; otherwise the file was cut
-            back to its last whole record, and the data after its last whole chunk are lost.
+        complete: whether everything recorded so far is in the file; otherwise the file was cut back to its
+            last complete record, and the data after its last complete chunk is lost.
     """
 
     def __init__(self, message: str, *, complete: bool) -> None:
@@ -95,7 +95,7 @@ def _noise() -> memoryview:
 
 
 class DiskReserve:
-    """Disk space reserved by an anonymous file in a directory; the end of the process releases it.
+    """Disk space reserved by an anonymous file in a directory; it is released when the process ends.
 
     Raises:
         OSError: no file can be created there.
@@ -106,7 +106,7 @@ class DiskReserve:
         self._file: Any = tempfile.TemporaryFile(dir=directory, buffering=0)  # noqa: SIM115
 
     def grow(self, size: int) -> None:
-        """Reserve `size` more bytes, filled with random data, since some file systems do not store zeros.
+        """Reserve `size` more bytes filled with random data, since some file systems do not store zeros.
 
         Raises:
             OSError: the disk has no room for them.
@@ -124,18 +124,18 @@ class DiskReserve:
 
 
 class TraceFile:
-    """Appends whole records, and cuts the file back to whole records on an error.
+    """Appends complete records, and cuts the file back to complete records after an error.
 
     Args:
-        raw: the file, which is empty.
-        room: the reserve; None: a full disk costs the open chunk and the summary.
+        raw: the empty file.
+        room: the reserve; None = if the disk is full, the open chunk and the summary are lost.
         keeping: keeps earlier recordings, or None.
-        drafts: whether drafts are possible: in a file, but not on a device.
+        drafts: whether drafts are possible, as they are in a file but not on a device.
         presence: detects that another program changes the file; None for a device.
 
     Attributes:
-        full: whether the reserve is used up. The data written so far are safe and the summary still fits,
-            but nothing else should be written.
+        full: whether the reserve is used up. The data written so far is safe and the summary still fits, but
+            nothing else should be written.
         failure: the error after which the file accepts no more data, or None.
     """
 
@@ -170,10 +170,10 @@ class TraceFile:
         """Do nothing, because nothing is buffered."""
 
     def write(self, data: bytes, /) -> int:
-        """Append whole records.
+        """Append complete records.
 
         Raises:
-            TraceFull: not even the reserve was enough; the file was cut back to its last whole record, and
+            TraceFull: even the reserve was not enough; the file was cut back to its last complete record, and
                 accepts no more data.
         """
         if self.failure is not None:
@@ -191,13 +191,14 @@ class TraceFile:
         return len(data)
 
     def draft(self, data: bytes, gap: int) -> None:
-        """Write records that the next `write` replaces; until then they survive a kill of the process.
+        """Write records that the next `write` replaces; they survive if the process is killed first.
 
         After a failure, such as a full disk, there are no further drafts.
 
         Args:
-            data: whole records, which follow the records of earlier calls.
-            gap: bytes for the next `write`; a kill may lose the draft of longer data.
+            data: complete records, which follow the records of earlier calls.
+            gap: bytes for the next `write`; if its data is longer, the draft may be lost if the process is
+            killed.
         """
         if not self._drafts or self.full:
             return
@@ -218,7 +219,7 @@ class TraceFile:
         """Enlarge the reserve by `size` bytes, for larger records than planned.
 
         Returns:
-            False if the file is full, which includes that the disk lacks the space.
+            False if the file is full or the disk lacks the space.
         """
         if self._room is not None and not self.full:
             try:
@@ -231,8 +232,8 @@ class TraceFile:
         """Close the file and release the reserve.
 
         Raises:
-            OSError: the system reports a late loss of data, or another program has removed, replaced or cut
-                the file.
+            OSError: the system reports a late loss of data, or another program has removed, replaced or
+                truncated the file.
         """
         if self._room is not None:
             self._room.release()
@@ -247,7 +248,7 @@ class TraceFile:
             raise _refusal(self.name, loss)
 
     def _append(self, data: memoryview) -> None:
-        """Write data after the whole records, in place of a draft."""
+        """Write data after the complete records, in place of a draft."""
         if not self._draft_end:
             self._write_all(data)
         elif len(data) > self._gap:
@@ -262,7 +263,7 @@ class TraceFile:
             self._cut_draft(len(data))
 
     def _cut_draft(self, new_bytes: int = 0) -> None:
-        """Cut the file `new_bytes` after its whole records, and continue there."""
+        """Cut the file off `new_bytes` after its complete records, and continue there."""
         self._draft_end = 0
         self._raw.truncate(self._whole + new_bytes)
         self._raw.seek(self._whole + new_bytes)
@@ -307,7 +308,7 @@ class TraceFile:
                 self.full = True
 
     def _abandon(self, error: OSError) -> Never:
-        """Cut the file back to its whole records; raise and keep a `TraceFull`."""
+        """Cut the file back to its complete records; store and raise a `TraceFull`."""
         self.full = True
         try:
             self._raw.truncate(self._whole)
@@ -327,8 +328,8 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
 
     Raises:
         OwnedError: the existing file is not a recording, or has to be moved but is being recorded.
-        OSError: the path can't be written, another process records there, or the disk lacks the space for
-            the reserve. The message has the cause, and nothing has changed.
+        OSError: the path can't be written, another process is recording there, or the disk lacks space for
+            the reserve. The message states the cause, and nothing has changed.
     """
     if path.is_dir():
         raise _refusal(path, "it is a directory")
@@ -352,7 +353,7 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
 
 
 def _opened_keeping(path: Path, keeping: RecordingKeeper) -> FileIO:
-    """Move the earlier recordings, and open an empty file; move them back after an OSError."""
+    """Move the earlier recordings and open an empty file; move the recordings back after an OSError."""
     check_recordings([path], keeping)
     keeping.begin()
     try:
@@ -363,7 +364,7 @@ def _opened_keeping(path: Path, keeping: RecordingKeeper) -> FileIO:
 
 
 def _opened_empty(path: Path) -> FileIO:
-    """Open a file for writing, lock it, and then empty it; raise an OSError if it is locked already."""
+    """Open a file for writing, lock it, and then empty it; raise an OSError if it is already locked."""
     raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
     try:
         if path.is_file():

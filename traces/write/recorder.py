@@ -1,14 +1,14 @@
-"""The flight recorder: writes every scan to an MCAP file, and events on their own topics.
+"""The flight recorder, which writes every scan to an MCAP file, and events on their own topics.
 
     /scan      one message per scan: its number, flags and the rack's memory block
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
 
 `sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
-virtual ns. The file has nothing that depends on the date, the place or the process, so that equal runs
-write equal bytes.
+virtual ns. Nothing in the file depends on the date, the location or the process, so that equal runs write
+equal bytes.
 
-An exception in the middle of a call, such as KeyboardInterrupt, would damage the file: a caller handles
-Ctrl-C between scans, with a signal handler that sets a flag.
+An exception in the middle of a call, such as KeyboardInterrupt, would damage the file. The caller must
+therefore handle Ctrl-C between scans, with a signal handler that sets a flag.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from .snapshots import SnapshotLog
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
-"""Maximum scans in a chunk; a killed process loses the scans of the open chunk since its last draft."""
+"""Maximum scans in a chunk; a killed process loses the open chunk's scans since its last draft."""
 
 Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 
@@ -55,12 +55,13 @@ class ScanRecorder:
 
     Args:
         target: path of the trace, replaced if it exists, or an open file of traces.output.
-        memory: the rack's memory block, read at every scan: per slot the output image, then the
+        memory: the rack's memory block, read at every scan; for each slot it has the output image, then the
             input image.
-        slots: in the order of the memory block.
-        program: source of the logic. It is attached, and its SHA-256 is in the metadata.
-        rack_file: the rack file. It is attached, and its SHA-256 is in the metadata.
-        chunk_scans: maximum scans in a chunk; a smaller number limits the loss if the process is killed.
+        slots: the slots in the order of the memory block.
+        program: source of the logic, which is attached. Its SHA-256 is in the metadata.
+        rack_file: the rack file, which is attached. Its SHA-256 is in the metadata.
+        chunk_scans: maximum number of scans in a chunk; a smaller number limits the loss if the process is
+            killed.
         tags: source of the recorded tags' values; None = no tags.
         orders: whether the rack can be operated while it runs; if so, the trace has /orders.
         sequences: whether events of /sequences will follow.
@@ -68,7 +69,7 @@ class ScanRecorder:
         snapshots: snapshots of the program's values, written at the end; None = no snapshots.
 
     Raises:
-        ValueError: slots and memory block do not match, or a slot is given twice.
+        ValueError: the slots and memory block do not match, or a slot is given twice.
         OSError: the target can't be written; TraceFull on a full disk.
     """
 
@@ -150,8 +151,8 @@ class ScanRecorder:
         """Record a finished scan, with the current memory block.
 
         Args:
-            scan: its number, 0 or more.
-            flags: of the CPU, 0 to 2**32 - 1.
+            scan: number of the scan, 0 or more.
+            flags: flags of the CPU, 0 to 2**32 - 1.
 
         Raises:
             TraceFull: the disk is full. This scan is in the trace, but later scans will not be; `close`
@@ -164,16 +165,16 @@ class ScanRecorder:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function to call after the logic of each scan that is recorded by rows, see `ScanBatch.look`."""
+        """Function to call after the logic of each scan that is recorded as a row, see `ScanBatch.look`."""
         return self._batch.look
 
     def begin_rows(self, scan: int) -> int:
-        """Return the maximum scans for `rows`: up to the end of the batch, or to the next snapshot."""
+        """Return the maximum number of scans for `rows`, up to the batch's end or the next snapshot."""
         rows_free, snapshots = self._batch.begin_rows(), self._snapshots
         return rows_free if snapshots is None else min(rows_free, snapshots.every - scan % snapshots.every)
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
-        """Record successive finished scans, at most `begin_rows`; the same as calling `scan` for each.
+        """Record successive finished scans, at most `begin_rows`, as if `scan` were called for each.
 
         Args:
             images: the memory block in each scan.
@@ -187,7 +188,7 @@ class ScanRecorder:
             self._snapshots.scan(scans[-1])
 
     def _write_batch(self, scan: int, now_ns: int) -> None:
-        """Pass the collected scans to the writer, then a draft that is due, and the events of their tags."""
+        """Pass the collected scans to the writer, then any draft that is due and their tags' events."""
         self._hand_over(scan)
         if self._draft_due:
             self._draft(scan)
@@ -195,7 +196,7 @@ class ScanRecorder:
             self._write_pending(scan, now_ns)
 
     def draft_soon(self) -> None:
-        """Write the open chunk uncompressed with the next scan, so that it survives a kill of the process.
+        """Write the open chunk uncompressed with the next scan, in case the process is killed.
 
         The bytes of the finished trace do not depend on it.
         """
@@ -212,9 +213,9 @@ class ScanRecorder:
         """Record an event; an unchanged state is not written again.
 
         Args:
-            scan: number of the scan that reported it.
-            topic: one of `TOPICS`, or "/sequences" if the recorder was made with `sequences`.
-            fields: its values by name.
+            scan: number of the scan that reported the event.
+            topic: one of `TOPICS`, or "/sequences" if the recorder was created with `sequences`.
+            fields: the event's values by name.
 
         Raises:
             ValueError: the topic is not recorded.
@@ -234,7 +235,7 @@ class ScanRecorder:
         return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders, *(SEQUENCES,) * self._sequences)
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
-        """Write the events of a scan's tags: new texts, and values that do not fit."""
+        """Write the events of a scan's tags, for new texts and for values that do not fit."""
         assert self._tags is not None
         for topic, fields in self._tags.pending:
             self._write(scan, now_ns, topic, fields)
@@ -254,7 +255,7 @@ class ScanRecorder:
             self._after_writing(scan)
 
     def _after_writing(self, scan: int) -> None:
-        """Check the disk, and set the batch's room to the rest of the chunk."""
+        """Check the disk, and set the batch's room to what remains of the chunk."""
         if self._file.full:
             self._refuse(f"at scan {scan}")
         if self._draft_due:
@@ -263,7 +264,7 @@ class ScanRecorder:
         self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
 
     def attach(self, scan: int, files: Sequence[Attachment]) -> None:
-        """Attach further files to the trace.
+        """Attach more files to the trace.
 
         Args:
             scan: number of the first scan that needs them.
@@ -284,7 +285,7 @@ class ScanRecorder:
         """Write the open chunk and the summary, and close the file.
 
         Raises:
-            TraceFull: not even the reserved space was enough.
+            TraceFull: even the reserved space was not enough.
         """
         if self._closed:
             return
@@ -299,7 +300,7 @@ class ScanRecorder:
             self._file.close()
 
     def _attach_snapshots(self) -> None:
-        """Write the snapshots if the disk has space: they save time, but contain no new data."""
+        """Write the snapshots if the disk has space, since they save time but contain no new data."""
         data = None if self._snapshots is None or self._refusal is not None else self._snapshots.packed()
         if data is not None and self._file.reserve(len(data)):
             self._writer.add_attachment(SNAPSHOTS, "application/zstd", data)
@@ -329,7 +330,7 @@ _STATES = frozenset(topic.name for topic in TOPICS if topic.state)
 
 
 def _hashes(**files: Attachment | None) -> dict[str, str]:
-    """Return metadata with the SHA-256 of each file that is not None: `NAME_sha256`."""
+    """Return metadata `NAME_sha256` with the SHA-256 of each file that is not None."""
     return {
         f"{name}_sha256": hashlib.sha256(file.data).hexdigest()
         for name, file in files.items()

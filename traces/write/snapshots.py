@@ -3,8 +3,8 @@
     before scan   128        256        384   ...          text, a line each, compressed
     values        [0,1,...]  [0,1,...]  [0,1,...]
 
-They are kept in memory, and written as one attachment when the recording ends. A recording without an end
-has no snapshots. Neither has a short one, whose scans are repeated quickly.
+Snapshots are kept in memory and written as one attachment when the recording ends. A recording without an end
+has no snapshots. Neither does a short recording, whose scans can be repeated quickly.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ EVERY = 128
 """Initial number of scans per snapshot."""
 
 WORTH_SCANS = 4096
-"""Minimum scans of a recording with snapshots."""
+"""Minimum number of scans in a recording that gets snapshots."""
 
 _BYTES_PER_SCAN = 16
-"""Maximum text per scan, bytes: snapshots of larger values are taken less often, which limits their cost."""
+"""Maximum text per scan, bytes; larger snapshots are taken less often, which limits their cost."""
 
 
 class SnapshotLog:

@@ -31,8 +31,8 @@ def contracts_of(
 
     Args:
         readings: options of the simulated 3601 that differ from the default, by name.
-        each_update: whether the program sees each update of the module; if not, the module only keeps
-            contracts about a single image.
+        each_update: whether the program sees every update of the module; if not, only contracts about a
+            single image apply.
         adapter: whether the module is an adapter that acts as a 3601.
     """
     changed_readings = readings or {}
@@ -50,6 +50,6 @@ def contracts_of(
 def broken(
     now: Sequence[int], was: Sequence[int] | None = None, sent: Sequence[int] = (0,) * 8
 ) -> tuple[Contract, ...]:
-    """Return the contracts that images break; without `was`, only contracts about a single image."""
+    """Return the contracts that images break; without `was`, check only contracts about a single image."""
     rows = contracts_of(each_update=was is not None)
     return tuple(row for row in rows if not row.fact.holds(now, was or (0,) * 8, sent))

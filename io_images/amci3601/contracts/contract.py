@@ -12,12 +12,12 @@ from .fact import Fact, Side
 class Contract:
     """A fact about the images of a 3601.
 
-    Contracts about two images are true as long as the PLC does not lose the module in between. A lost link
-    freezes the image, and afterwards all changes appear at once.
+    Contracts about two images are true as long as the PLC does not lose its connection to the module in
+    between. A lost link freezes the image, and afterwards all changes appear at once.
 
     Attributes:
         name: a short name for reports, such as "position lost".
-        says: the contract as a sentence.
+        says: the contract in one sentence.
         rules: ids of the rows of `RULES` from which it follows.
         fact: the fact about the images.
         adapters: whether it is also true for images of adapters.

@@ -1,4 +1,4 @@
-"""Facts about images: the content of a contract, as data for both a checker and a prover.
+"""Facts about images, stored as data that both a checker and a prover can use.
 
 A fact is about up to three images of one module:
 
@@ -42,7 +42,7 @@ class Side(Enum):
 
 
 class Reading(Protocol[Truth]):
-    """Images that are read as truth values of a type: bools for a checker, terms for a prover."""
+    """Reads images as truth values: bools for a checker, terms for a prover."""
 
     def any_of(self, side: Side, word: int, mask: int) -> Truth:
         """Return whether any bit of a mask is set in a word, 0 to 7."""
@@ -51,10 +51,10 @@ class Reading(Protocol[Truth]):
         """Return whether a signed word is in a range."""
 
     def both(self, first: Truth, second: Truth) -> Truth:
-        """Return the conjunction."""
+        """Return whether both values are true."""
 
     def negated(self, truth: Truth) -> Truth:
-        """Return the negation."""
+        """Return the negation of a truth value."""
 
 
 class Fact(ABC):
@@ -67,7 +67,7 @@ class Fact(ABC):
     @property
     @abstractmethod
     def images(self) -> frozenset[Side]:
-        """The images that the fact needs."""
+        """The images that the fact is about."""
 
     def __and__(self, other: Fact) -> Fact:
         return Both(self, other)
@@ -83,7 +83,7 @@ class Fact(ABC):
         return ~(self & ~other)
 
     def same_as(self, other: Fact) -> Fact:
-        """Return the fact that both are true or both false."""
+        """Return the fact that this fact and `other` are both true or both false."""
         return self.only_with(other) & other.only_with(self)
 
     def holds(

@@ -1,7 +1,7 @@
 """The cause of each status bit of a 3601: one row per bit.
 
-The rules of a row state when its bit is set and cleared. The origin is the next cause to look at: a terminal,
-the command that started a motion, the configuration, or the recorded rule of an error of chapter 6.
+The rules of a row state when its bit is set and cleared. The origin is the next cause to check: a terminal,
+the command that started a motion, the configuration, or the recorded rule for a chapter 6 error.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..bits import MOTIONS, CommandMsw, StatusLsw, StatusMsw
 
 
 class Origin(Enum):
-    """The next cause behind a bit."""
+    """The next cause to check for a bit."""
 
     TERMINAL = "terminal"  # the corresponding input
     COMMAND = "command"  # the command that started the motion
@@ -33,8 +33,8 @@ class BitCause:
         rules: ids of the rules that state the cause.
         on: the meaning of the bit when it is on.
         off: the meaning of the bit when it is off.
-        commands: bits of output word 0 that start the motion it describes; 0 for a bit that describes no
-            motion.
+        commands: bits of output word 0 that start the motion that the bit describes; 0 for a bit that does
+            not describe a motion.
     """
 
     bit: StatusMsw | StatusLsw

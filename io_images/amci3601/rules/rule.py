@@ -67,20 +67,20 @@ class Rule:
     Attributes:
         id: prefix and number, for example "CMD-03"; rows of a list in chapter 6 have the numbers of the list.
         section: section of the manual.
-        event: the text in traces when the rule applies; it never changes.
+        event: the text that traces show when the rule applies; it never changes.
         sets: status bits that the rule sets. Of the pairs MOVING_CW and MOVING_CCW, and ACCELERATING and
             DECELERATING, only the applicable bit is set. A row of a list in chapter 6 sets only the bit of
             that list.
         if_broken: status bits that the simulated module sets instead of `sets` when a command breaks the
             rule, because the manual does not state the consequence, or because other bits are already set.
         clears: status bits that the rule clears.
-        list_of: the bit with the list in chapter 6 that contains this row; None for other rows.
+        list_of: the bit whose list in chapter 6 contains this row; None for other rows.
         together_with: ids of rows elsewhere that always apply together with this row.
-        firmware_from: the first version with the rule; None if all versions have it.
-        firmware_until: the first version without the rule; None if all later versions have it.
-        untestable_because: why images can't show whether a module keeps the rule; "" if they can.
+        firmware_from: the first version with the rule; None if the rule has always existed.
+        firmware_until: the first version without the rule; None if no version dropped it.
+        untestable_because: why images can't show whether a module follows the rule; "" if they can.
         reading: readings ("A-36") of contradictions and gaps in the manual, see docs/readings.md.
-        says: a better text than `event` outside of traces; "" to use `event`.
+        says: wording to use instead of `event` outside of traces; "" to use `event`.
     """
 
     id: str
@@ -118,7 +118,7 @@ class Rule:
 
     @property
     def testable(self) -> bool:
-        """Whether images can show that a module keeps the rule."""
+        """Whether images can show that a module follows the rule."""
         return not self.untestable_because
 
     def applies_to(self, firmware: Firmware) -> bool:

@@ -28,7 +28,7 @@ def row_rule(index: int) -> str:
 
 
 def grammar() -> str:
-    """Return the grammar of a line: an instruction, a directive or nothing, and then a comment."""
+    """Return the grammar of a line: an instruction, a directive or nothing, then an optional comment."""
     rules = [f"{_terminals_of(row)} -> {row_rule(index)}" for index, row in enumerate(INSTRUCTIONS)]
     rules += [f"/\\.{name}\\b/i {terminal} -> directive" for name, terminal in DIRECTIVES.items()]
     rules.append("-> nothing")
@@ -46,7 +46,7 @@ def _terminals_of(row: Instruction) -> str:
 
 
 def keywords() -> Iterator[str]:
-    """Yield each word of instruction names once, in the table's order."""
+    """Yield each word in instruction names once, in the table's order."""
     yield from dict.fromkeys(word for row in INSTRUCTIONS for word in row.name.split())
 
 

@@ -1,10 +1,10 @@
 """The instruction set of stored programs: one row per instruction, in the order of the manual's tab sheets.
 
-The manual shows the titles of instructions [section 3, "Add Tab Sheets"]; the short names belong to the text
-format `pclt`. The manual does not print opcodes and sizes: it only says that an instruction takes 2 to 7
-bytes of 2,046. Interpretation: an instruction has its opcode, a second byte with words such as ON and CW, and
-its values. A value takes 1 byte up to 255, 2 bytes up to 65,535, otherwise 4. A loop takes all 7 bytes. A
-text does not fit into 7 bytes: it takes 2 bytes and its characters.
+The manual shows the titles of instructions [section 3, "Add Tab Sheets"]; the short names are used in the
+text format `pclt`. The manual does not list opcodes and sizes; it says only that an instruction takes 2 to 7
+of the 2,046 bytes. Interpretation: an instruction has its opcode, a second byte with words such as ON and CW,
+and its values. A value takes 1 byte if it is at most 255, 2 bytes if it is at most 65,535, and otherwise 4. A
+loop takes all 7 bytes. A text does not fit into 7 bytes, so it takes 2 bytes plus its characters.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Instruction:
 
     @property
     def size(self) -> int:
-        """Bytes of program memory, without the characters of a text."""
+        """Bytes of program memory, not counting the characters of a text."""
         return 2 + sum(operand.width for operand in self.operands)
 
 

@@ -15,9 +15,9 @@ class ProgramError(ValueError):
     """The program can't be stored.
 
     Attributes:
-        line: number of the line, from 1; None for a program without text.
-        column: number of the column, from 1; None for a whole line.
-        reason: the error with the allowed values.
+        line: line number, from 1; None for a program without text.
+        column: column number, from 1; None for a whole line.
+        reason: the error, with the allowed values.
     """
 
     def __init__(self, reason: str, line: int | None = None, column: int | None = None) -> None:
@@ -53,7 +53,7 @@ class Step:
 
     @property
     def target(self) -> str | None:
-        """The label to which it jumps; None for other instructions."""
+        """The label that it jumps to; None for other instructions."""
         jumps = self.name == "GOTO" or self.name.startswith("LOOP")
         return str(self.values[-1]) if jumps else None
 

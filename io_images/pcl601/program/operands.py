@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class OperandError(ValueError):
-    """The operand is invalid; the message has the allowed values."""
+    """The operand is invalid; the message lists the allowed values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Number:
         return value
 
     def written(self, value: int | str) -> str:
-        """Return the value in text format."""
+        """Return the value as it appears in a program's text."""
         return str(value)
 
 
@@ -55,7 +55,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Digits:
-    """Binary digits; the first one is input or output 1, and bit 0 of the value."""
+    """Binary digits; the first digit is for input or output 1, which is bit 0 of the value."""
 
     count: int
     width = 1

@@ -1,4 +1,4 @@
-"""Checks of a whole program: labels, loops, end, size."""
+"""Checks a whole program: labels, loops, end and size."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class _Loop(NamedTuple):
 
 
 def check_structure(program: Program, lines: Sequence[int] | None = None) -> None:
-    """Raise a ProgramError for wrong labels, loops, end or size.
+    """Raise a ProgramError if the labels, loops, end or size are wrong.
 
     Args:
-        lines: line of each step; None for a program without text.
+        lines: line number of each step; None for a program without text.
     """
     for index, reason in chain(_wrong_labels(program), _wrong_loops(program)):
         raise ProgramError(reason, None if lines is None else lines[index])

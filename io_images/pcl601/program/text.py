@@ -72,7 +72,7 @@ def _parser() -> Lark:
 
 
 class _OperandAtError(Exception):
-    """The value at a column is invalid."""
+    """A value is invalid; the error has its column."""
 
     def __init__(self, reason: str, column: int) -> None:
         super().__init__(reason)
@@ -116,7 +116,7 @@ def _column(line: str, error: UnexpectedInput) -> int:
 
 
 def _reason(line: str, error: UnexpectedInput) -> str:
-    """Return the error in a line, with what is allowed."""
+    """Return the error in a line and what is allowed instead."""
     begin = _column(line, error) - 1
     words = line[begin:].split()
     if words and not line[:begin].strip():

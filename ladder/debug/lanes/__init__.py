@@ -1,7 +1,7 @@
-"""Searches the last change of a value in a long past, in many stretches at once.
+"""Finds the last change of a value in a long past, by searching many stretches at once.
 
-`search` runs stretches in parallel, `translation` turns a program into code on arrays, and `vectors` has the
-functions that this code calls.
+`search` runs stretches in parallel, `translation` turns a program into code that works on arrays, and
+`vectors` has the functions that this code calls.
 """
 
 from .search import Lanes

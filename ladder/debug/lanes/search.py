@@ -1,10 +1,11 @@
-"""Finds the last change of a value in a long past: stretches from many snapshots run in parallel.
+"""Finds the last change of a value in a long past by running stretches from many snapshots in parallel.
 
     lane 0    snapshot 0     scan   0   1   2  ...  63
     lane 1    snapshot 64    scan  64  65  66  ... 127        one scan of all lanes at a time, on arrays
     lane 2    snapshot 128   scan 128 129 130  ... 191
 
-A lane counts only if it ends with exactly the values of the next snapshot. Other stretches run one by one.
+A lane's result counts only if it ends with exactly the values of the next snapshot. Other stretches run one
+by one.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from .translation import code_of
 from .vectors import Vectors
 
 _EXACT = 2**53
-"""Whole numbers of this size and above are not always exact in an array of floats."""
+"""Whole numbers from this size up are not always exact in an array of floats."""
 
 
 class LastChange(NamedTuple):
@@ -51,7 +52,7 @@ class Lanes:
         self._images = [leaf.ident for leaf in images]
 
     def last_changes(self, cells: Sequence[Cell], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
-        """Return the last scan of each stretch that changed one of the cells."""
+        """Return the last scan in each stretch that changed any of the cells."""
         changes = [UNKNOWN] * len(stretches)
         plain = [place for place, stretch in enumerate(stretches) if stretch.inputs is not None]
         places = [place_in_snapshot(self._memory, cell) for cell in cells]
@@ -91,7 +92,7 @@ class Lanes:
         ]
 
     def _columns(self, stretches: Sequence[ReplayStretch]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the values before and after stretches, as an array per variable or per element of a list.
+        """Return the values before and after stretches, with an array per variable or list element.
 
         The snapshot after a stretch is usually the snapshot before the next one.
         """
@@ -107,7 +108,7 @@ class Lanes:
         return begin, {ident: value for ident, value in end.items() if ident not in self._images}
 
     def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> Any:
-        """Run all scans; return for each lane the number of the last scan with a change, or -1."""
+        """Run all scans; return the number of each lane's last scan with a change, or -1."""
         lanes = len(stretches)
         lengths = np.array([stretch.last + 1 - stretch.first for stretch in stretches])
         times, images = _padded(
@@ -170,7 +171,7 @@ def _at(column: Any, places: Any) -> Any:
 
 
 def _are_as(vectors: Vectors, expected: Mapping[str, Any]) -> Any:
-    """Return which lanes have the expected values."""
+    """Return a mask of the lanes that have the expected values."""
     good = np.full(len(vectors.lost), True)
     for ident, values in expected.items():
         got = vectors.values[ident]

@@ -1,4 +1,4 @@
-"""Translates the Python code of a compiled program to code on arrays, see `vectors`."""
+"""Translates the Python code of a compiled program to code that works on arrays, see `vectors`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .vectors import WITH_MASK
 
 
 def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
-    """Return a program as code on arrays, for `Vectors`; None if it can't run on arrays.
+    """Return a program as code that works on arrays, for `Vectors`; None if it can't run on arrays.
 
-    It can't if it has more than ordinary routines: tasks, routines in Python, axes or messages.
+    It can't if it has anything beyond ordinary routines: tasks, Python routines, axes or messages.
 
     Args:
         loaded: identifiers of the variables whose values are available as arrays.
@@ -68,7 +68,7 @@ def _calls(routines: Sequence[ast.FunctionDef]) -> dict[str, list[tuple[str, ast
 
 
 def _whole(call: ast.Call, place: int, constants: Mapping[str, int]) -> int | None:
-    """Return the constant whole number of an argument in a call, or None."""
+    """Return an argument of a call if it is a constant whole number; otherwise None."""
     argument = call.args[place] if place < len(call.args) else None
     if isinstance(argument, ast.Constant) and type(argument.value) is int:
         return argument.value
@@ -298,16 +298,16 @@ class _Translator:
 
 
 class NotTranslatedError(Exception):
-    """Raised if a line has no translation."""
+    """A line has no translation."""
 
 
 def _assigned(node: ast.AST) -> str:
-    """Return the name that a node assigns to; "" if it assigns to none."""
+    """Return the name that a node assigns to; "" if it does not assign to a name."""
     return node.id if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else ""
 
 
 def _is_copy(node: ast.expr) -> bool:
-    """Whether an expression is `image.tolist()`."""
+    """Return whether an expression is `image.tolist()`."""
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "tolist"
 
 

@@ -1,12 +1,12 @@
-"""A compiled program on arrays: each value has an element per lane, and all lanes run in parallel.
+"""Runs a compiled program on arrays: each value has an element per lane, and all lanes run in parallel.
 
     compiled     if Start and not T_DN:  Lamp = True
     on arrays    m1 = both(m0, and_(Start, not_(T_DN)))
                  if some(m1):  Lamp = put(m1, True, Lamp)
 
-The Python of `compiler.source_of` is translated; a mask says which lanes run a line. A value that all lanes
-share may be a plain number. Lanes that fault, or that run a line without a translation, are `lost`: their
-values are meaningless.
+The Python code from `compiler.source_of` is translated; a mask says which lanes run a line. A value that all
+lanes share may be a plain number. Lanes that fault, or that run a line without a translation, are `lost`:
+their values are meaningless.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST_PASSES = 2_000
 """Maximum passes of a loop."""
 
 MOST_PLACES = 16
-"""Maximum number of different subscripts of one access in one scan."""
+"""Maximum number of different subscripts in one access in one scan."""
 
 _EXACT = float(1 << 60)
 
@@ -32,7 +32,7 @@ _BOOL = np.dtype(bool)
 _WHOLE = (bool, int)
 
 Mask = Any
-"""Lanes as an array of bools; None for all lanes, False for none."""
+"""Lanes as an array of bools; None means all lanes, and False means no lanes."""
 
 
 class Vectors:
@@ -69,7 +69,7 @@ class Vectors:
         self._lose(both(mask, condition))
 
     def _loop(self, mask: Mask, passes: int) -> bool:
-        """Whether any lanes continue a loop."""
+        """Return whether any lanes continue a loop."""
         if some(mask) and passes > MOST_PASSES:
             self._lose(mask)
             return False
@@ -186,7 +186,7 @@ WITH_MASK = (
     "real",
     "pick",
 )
-"""Functions of the class that take the mask first."""
+"""Methods of the class whose first argument is the mask."""
 
 OWN = ("lose", "loop", *WITH_MASK)
 
@@ -236,7 +236,7 @@ def or_(*values: Any) -> Any:
 
 
 def both(mask: Mask, condition: Any) -> Mask:
-    """Return the lanes of a mask in which a condition holds."""
+    """Return the lanes of a mask in which a condition is true."""
     if condition is True or mask is False:
         return mask
     if condition is False:
@@ -245,12 +245,12 @@ def both(mask: Mask, condition: Any) -> Mask:
 
 
 def less(mask: Mask, condition: Any) -> Mask:
-    """Return the lanes of a mask in which a condition does not hold."""
+    """Return the lanes of a mask in which a condition is false."""
     return both(mask, not_(condition))
 
 
 def some(mask: Mask) -> bool:
-    """Whether a mask has any lane."""
+    """Return whether a mask has any lane."""
     return mask is None or (mask is not False and bool(np.count_nonzero(mask)))
 
 

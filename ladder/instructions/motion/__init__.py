@@ -1,1 +1,1 @@
-"""Motion instructions, and their axes."""
+"""Motion instructions and their axes."""

@@ -1,8 +1,8 @@
-"""Axes of a program: `[axes]` in a rack file. An axis without a slot is an ideal axis, see `ideal_axis`.
+"""Axes of a program: `[axes]` in a rack file. An axis without a slot is ideal, see `ideal_axis`.
 
 [axes.Feed]
 slot = 1
-counts_per_unit = 1000           # steps of the motor per unit of the axis
+counts_per_unit = 1000           # motor steps per axis unit
 configuration = [0x843C, 0x003C, 0, 500, 0, 0, 0, 0]   # if the program does not
 
 [axes.Table]                     # ideal, like an axis without a table
@@ -20,12 +20,12 @@ from scanrack.io_images.dataclass import dataclass
 from ...model.errors import LadderError
 
 WORDS = 8
-"""Number of output words of a 3601, and of words in its configuration."""
+"""Number of a 3601's output words, and of words in its configuration."""
 
 
 @dataclass(frozen=True, slots=True)
 class MotionData:
-    """Data of axes and coordinate systems in an export, by tag in capitals."""
+    """Data of axes and coordinate systems in an export, by uppercase tag name."""
 
     systems: Mapping[str, Sequence[str]] = field(default_factory=dict)  # names of each system's axes
     unwinds: Mapping[str, float] = field(default_factory=dict)  # unwind of rotary axes, units
@@ -33,7 +33,7 @@ class MotionData:
 
 @dataclass(frozen=True, slots=True)
 class AxisSettings:
-    """Settings of a program's axis in the rack; a value out of range raises a LadderError."""
+    """Settings of a program's axis in the rack; an out-of-range value raises a LadderError."""
 
     slot: int = 0  # slot of its 3601, 0 for an ideal axis
     counts_per_unit: float = 1.0  # steps per unit of the axis, above 0

@@ -1,4 +1,4 @@
-"""The axis of a 3601 in a scan: its tag, the block that owns the module's words, and its units."""
+"""A 3601's axis in a scan: its tag, the block that owns the module's words, and its units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2,
 """Kinds of requests, see `axis3601.rung`."""
 
 COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
-"""Command word of each request; a search in CCW direction has 64, a manual move 128 or 256."""
+"""Command word for each request; a CCW home search uses 64, and a manual move 128 or 256."""
 
 STANDSTILL, ERROR_STOP = 1, 6
 """States of the axis."""
@@ -66,7 +66,7 @@ class Axis:
         return int(self.state["State"])
 
     def request(self, motion: MotionControl, kind: int, *words: int) -> None:
-        """Send a request of a kind with output words; it replaces the previous one of `motion`."""
+        """Send a request of a given kind with output words; it replaces the previous one of `motion`."""
         ticket = wrap(int(self.state["Ticket"]) + 1, 32)
         self.state.set(Ticket=ticket, Kind=kind)
         for number in range(WORDS):
@@ -76,7 +76,7 @@ class Axis:
 
     @property
     def running_kind(self) -> int:
-        """Kind of the request that the block executes; 0 if none."""
+        """Kind of the request that the block is executing; 0 if none."""
         return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
 
     @property
@@ -86,7 +86,7 @@ class Axis:
         return int(self.state["Kind"]) if is_waiting else self.running_kind
 
     def check_ready(self) -> None:
-        """Raise a MotionError if the axis accepts no motion at present."""
+        """Raise a MotionError if the axis can't accept motion now."""
         if self.tag["ShutdownStatus"]:
             raise MotionError(SHUT_DOWN)
         if not self.tag["ServoActionStatus"]:
@@ -116,12 +116,12 @@ class Axis:
         return _round_within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
 
     def max_acceleration(self) -> float:
-        """Return the acceleration that is 100 % of maximum, units/s²."""
+        """Return the acceleration that corresponds to 100 % of maximum, units/s²."""
         return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
 
 
 def _round_within(value: float, limit: int) -> int:
-    """Return a number rounded to an integer of 1 to `limit`, or raise a MotionError."""
+    """Return a number rounded to an integer from 1 to `limit`; raise a MotionError if out of range."""
     if not (math.isfinite(value) and 1 <= round(value) <= limit):
         raise MotionError(OUT_OF_RANGE)
     return round(value)

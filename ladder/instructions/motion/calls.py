@@ -21,11 +21,11 @@ from .motion_control import ILLEGAL, OUT_OF_RANGE, Argument, MotionControl, Moti
 from .ramps import Dynamics, shares
 
 LARGEST = 1e15
-"""Largest position, distance, speed or rate, in units of the axis."""
+"""Largest position, distance, speed or rate, in axis units."""
 
 
 class MotionCall(NamedTuple):
-    """A motion instruction that begins; its operands follow the axis, group or system and the control."""
+    """A motion instruction that is starting; its operands follow the axis, group or system and control."""
 
     machine: Interpreter
     motion: MotionControl
@@ -55,11 +55,11 @@ class MotionCall(NamedTuple):
         return self.keyword(index, NO_YES) == "YES"
 
     def direction_sign(self, index: int) -> int:
-        """Return the sign of a direction operand: -1 for Reverse, else 1."""
+        """Return the sign of a direction operand: -1 for Reverse, otherwise 1."""
         return -1 if self.keyword(index, ("Forward", "Reverse")) == "REVERSE" else 1
 
     def show_begun(self) -> None:
-        """Set the bits that show that the motion has begun."""
+        """Set the bits that show that motion has begun."""
         self.motion.set(IP=True, AC=True)
 
 
@@ -71,17 +71,17 @@ class Starter(NamedTuple):
 
 
 Starters = Mapping[str, Starter]
-"""Starters by names of instructions."""
+"""Starters by instruction name."""
 
 
 def start(starters: Starters, axis: Any, call: MotionCall, check_ready: Callable[[Any], object]) -> None:
-    """Begin an instruction by its starter, or raise a MotionError.
+    """Begin an instruction with its starter, or raise a MotionError.
 
     Args:
-        starters: the instructions of the kind of axis or coordinate system.
+        starters: the starters for this kind of axis or coordinate system.
         axis: the axis or coordinate system.
         call: the instruction.
-        check_ready: raises a MotionError if the axis accepts no motion at present.
+        check_ready: raises a MotionError if the axis can't accept motion now.
     """
     if call.name not in starters:
         raise MotionError(ILLEGAL)
@@ -92,14 +92,14 @@ def start(starters: Starters, axis: Any, call: MotionCall, check_ready: Callable
 
 
 Maxima = Callable[[str], float]
-"""Returns 100 % of a maximum by name: Speed, Acceleration or Deceleration."""
+"""Returns the value that is 100 % of the maximum Speed, Acceleration or Deceleration, by name."""
 
 
 def dynamics_at(call: MotionCall, index: int, maximum: Maxima, current: float | None = None) -> Dynamics:
-    """Return speed, rates and jerks from the ten operands from `index` on, or raise a MotionError.
+    """Return speed, rates and jerks from the ten operands that start at `index`, or raise a MotionError.
 
     Args:
-        current: speed for a merge at Current, which replaces the operand; 0 or None: use the operand.
+        current: speed for a merge at Current, which replaces the speed operand; 0 or None to use the operand.
     """
     speed = current or scaled(call.number(index), call.keyword(index + 1, SPEED_UNITS), maximum("Speed"))
     up, down = (
@@ -117,11 +117,11 @@ def dynamics_at(call: MotionCall, index: int, maximum: Maxima, current: float | 
 def merge_at(
     call: MotionCall, index: int, keywords: tuple[str, ...], speed: float
 ) -> tuple[str, float | None]:
-    """Return the merge operand at `index`, and the speed to continue at; None for the programmed speed.
+    """Return the merge operand at `index`, and the speed to continue at (None for the programmed speed).
 
     Args:
         keywords: the keywords of the operand; the first is Disabled.
-        speed: present speed of the axis or coordinate system, units/s.
+        speed: current speed of the axis or coordinate system, units/s.
     """
     merge = call.keyword(index, keywords)
     at_current = merge not in ("", "DISABLED") and call.keyword(index + 1, MERGE_SPEEDS) == "CURRENT"
@@ -129,10 +129,10 @@ def merge_at(
 
 
 def scaled(value: float, unit: str, maximum: float) -> float:
-    """Return a speed or rate in units of the axis.
+    """Return a speed or rate in axis units.
 
     Raises:
-        MotionError: the value is out of range, or its unit is one of a master or of time.
+        MotionError: the value is out of range, or its unit is master units or time.
     """
     if unit == "%OFMAXIMUM":
         value *= maximum / 100
@@ -156,7 +156,7 @@ def allowed(dynamics: Dynamics) -> Dynamics:
 
 
 def _curved(rate: float, jerk: float, unit: str, speed: float) -> tuple[float, float]:
-    """Return the rate and ramp share of an S-curve; the share is 0 without a jerk above 0."""
+    """Return the rate and ramp share of an S-curve; the share is 0 if the jerk is not above 0."""
     if not 0 < jerk <= LARGEST:
         return rate, 0.0
     if unit == "UNITSPERSEC3":

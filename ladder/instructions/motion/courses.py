@@ -1,4 +1,4 @@
-"""Courses: motions of a planner of an ideal axis or coordinate system, as functions of time.
+"""Courses: the motions of the planners of ideal axes and coordinate systems, as functions of time.
 
     move        to a distance          home        at once
     jog, stop   to a speed             gear, path  follow another position
@@ -31,17 +31,18 @@ class Kind(IntEnum):
 
 FOLLOWING = (Kind.GEAR, Kind.PATH)
 ENDING = (Kind.MOVE, Kind.HOME, Kind.STOP)
-"""Kinds of courses that end by themselves."""
+"""Kinds of courses that end on their own."""
 
 DYNAMICS = tuple(field.name for field in fields(Dynamics))
-"""Names of speed and rates, for hidden members."""
+"""Names of the hidden members for speed and rates."""
 
 
 class Course:
     """A planner of an axis or of a coordinate system.
 
-    `goal` is the distance of a move, the speed of a jog, or for a course that follows, the last position of
-    its master. `entry` is the speed at `begun_ns`, or for a course that follows, its present speed.
+    `goal` is the distance of a move, the speed of a jog, or, for a course that follows a master, the master's
+    last position. `entry` is the speed at `begun_ns`, or, for a course that follows a master, its present
+    speed.
     """
 
     def __init__(self, spot: MotionSpot, ideal: Ideal, planner: str = "") -> None:
@@ -52,7 +53,7 @@ class Course:
         return self._spot[f"~{self._prefix}{name}"]
 
     def set_hidden(self, **members: Value) -> None:
-        """Set members."""
+        """Set hidden members."""
         self._spot.set_hidden(**{f"{self._prefix}{name}": value for name, value in members.items()})
 
     @property
@@ -62,7 +63,7 @@ class Course:
 
     @property
     def claim(self) -> int:
-        """The claim of its instruction, see `MotionControl.claim`."""
+        """The claim of the course's instruction; see `MotionControl.claim`."""
         return int(self._member("claim"))
 
     @property
@@ -84,7 +85,7 @@ class Course:
         return ()
 
     def instant(self, now_ns: int) -> Instant:
-        """Return the motion of the course at a time; the travel of a course that follows is 0."""
+        """Return the motion of the course at a time; the travel is 0 if it follows a master."""
         kind = self.kind
         if kind in FOLLOWING:
             return Instant(0.0, float(self._member("entry")), 0.0, False)
@@ -94,7 +95,7 @@ class Course:
         return instant_at(self._phases(kind), (now_ns - int(self._member("begun_ns"))) / 1e9, last)
 
     def is_over(self, now_ns: int, present: Instant) -> bool:
-        """Return whether the course has ended; it does not end in the scan that began it."""
+        """Return whether the course has ended; a course can't end in the scan that began it."""
         return present.over and self.kind in ENDING and now_ns > int(self._member("begun_ns"))
 
     def begin(
@@ -107,12 +108,12 @@ class Course:
         goal: float = 0.0,
         entry: float = 0.0,
     ) -> None:
-        """Replace this course by a new one."""
+        """Replace this course with a new one."""
         self.set_hidden(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
         self.set_hidden(**{name: getattr(dynamics, name) for name in DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
-        """Return how far the axis moves: the travel of its master since the last call, times a ratio."""
+        """Return how far the axis moves, which is its master's travel since the last call times a ratio."""
         travel = (position - self.goal) * ratio
         self.set_hidden(goal=position, entry=speed * ratio)
         return travel
@@ -122,7 +123,7 @@ class Course:
         report(self._spot.memory, self._ideal, self.claim, error, **bits)
 
     def end(self, error: int = 0, **bits: bool) -> None:
-        """End the course; clear IP and AC of its instruction, and set further bits."""
+        """End the course; clear IP and AC of its instruction, and set the given bits."""
         if self.kind is not Kind.NOTHING:
             self.report(error, **ENDED, **bits)
             self.set_hidden(kind=Kind.NOTHING, claim=0)

@@ -1,4 +1,4 @@
-"""An ideal axis: a servo that follows its profile exactly. An axis without a 3601 is an ideal axis.
+"""An ideal axis, which is a servo that follows its profile exactly. An axis without a 3601 is ideal.
 
 Its motion is the sum of the simultaneous motions of its planners [MOTION-RM002H p. 124, 129]:
 
@@ -64,7 +64,7 @@ ROUNDING = 1e-9
 
 
 def forward_distance(distance: float, unwind: float) -> float:
-    """Return a distance as a forward distance on a rotary axis, from 0 to below `unwind`.
+    """Return a distance as a forward distance on a rotary axis, at least 0 and less than `unwind`.
 
     A difference that is only a rounding error counts as 0.
 
@@ -90,7 +90,7 @@ class IdealAxis(MotionSpot):
         return bool(int(self[word]) >> int(number) & 1)
 
     def maximum(self, name: str) -> float:
-        """Return 100 % of a maximum: Speed, Acceleration or Deceleration."""
+        """Return 100 % of the maximum Speed, Acceleration or Deceleration."""
         limit = self.settings.max_speed if name == "Speed" else self.settings.max_acceleration
         default = DEFAULT_SPEED if name == "Speed" else DEFAULT_RATE
         return limit or float(self[f"Maximum{name}"]) or default
@@ -102,7 +102,7 @@ class IdealAxis(MotionSpot):
         return total(course.instant(now_ns) for course in self.courses.values())
 
     def position(self, now_ns: int) -> float:
-        """Return the position in units; the position of a master is as of the last `catch_up`."""
+        """Return the position in units; a master's position dates from the last `catch_up`."""
         return float(self["~start"]) + self.instant(now_ns).travel
 
     def begin(
@@ -116,10 +116,10 @@ class IdealAxis(MotionSpot):
         goal: float = 0.0,
         merge: bool = False,
     ) -> None:
-        """Begin a course of a planner at its present speed; its previous course ends.
+        """Begin a course at the planner's present speed; its previous course ends.
 
         Args:
-            claim: the claim of its instruction, see `MotionControl.claim`.
+            claim: the claim of the course's instruction; see `MotionControl.claim`.
             goal: see `Course`.
             merge: end all courses, and continue from the speed of the axis.
         """
@@ -139,7 +139,7 @@ class IdealAxis(MotionSpot):
             self.put(StartActualPosition=start, StartCommandPosition=start)
 
     def _fold(self, course: Course, now_ns: int) -> None:
-        """Add the travel of an ending course to the start; a move's travel does not shift its target."""
+        """Add an ending course's travel to `start`; a move's travel does not shift its target."""
         self.shift(course.instant(now_ns).travel, target=course.planner != "move")
 
     def stop_at_once(self, now_ns: int, error: int = 0) -> None:
@@ -149,7 +149,7 @@ class IdealAxis(MotionSpot):
             course.end(error, **({"ER": True} if error else {}))
 
     def shift(self, distance: float, *, target: bool = True) -> None:
-        """Shift the position by a distance, and with `target` the end of a move."""
+        """Shift the position by a distance; with `target`, also shift the end of a move."""
         self.set_hidden(start=float(self["~start"]) + distance)
         if target:
             self.set_hidden(target=float(self["~target"]) + distance)
@@ -166,7 +166,7 @@ class IdealAxis(MotionSpot):
     # --- after a scan
 
     def catch_up(self, now_ns: int, masters: Masters, waiting: tuple[int, ...] = ()) -> None:
-        """Follow the master of a gear until now; the master first follows its own master.
+        """Bring a geared axis up to date with its master, which first catches up with its own master.
 
         Args:
             now_ns: the time of the scan, ns.
@@ -251,7 +251,7 @@ def all_axes(memory: Memory, ideal: Ideal) -> list[IdealAxis]:
 
 
 def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Masters) -> None:
-    """Update all ideal axes after a scan; gears first, so that a chain of gears has no lag."""
+    """Update all ideal axes after a scan; gears come first, so a chain of gears has no lag."""
     active = [axis for axis in all_axes(memory, ideal) if axis["~active"]]
     for axis in active:
         axis.catch_up(now_ns, masters)

@@ -49,7 +49,7 @@ ROTARY_SHORTEST, ROTARY_POSITIVE, ROTARY_NEGATIVE = 2, 3, 4
 
 
 def check_ready(axis: IdealAxis) -> None:
-    """Raise a MotionError if the axis accepts no motion at present; virtual axes need no servo."""
+    """Raise a MotionError if the axis can't accept motion now; a virtual axis needs no servo."""
     if axis.is_on("ShutdownStatus"):
         raise MotionError(SHUT_DOWN)
     if not (axis.is_on("ServoActionStatus") or axis.part.kind == "AXIS_VIRTUAL"):
@@ -91,7 +91,7 @@ def _reset(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _profile(axis: IdealAxis, call: MotionCall, index: int) -> tuple[Dynamics, bool]:
-    """Return the dynamics from the operands from `index` on, and whether to merge."""
+    """Return the dynamics from the operands starting at `index`, and whether to merge."""
     speed = axis.instant(call.now_ns).speed
     merge, current = merge_at(call, index + 10, DISABLED_ENABLED, speed)
     return dynamics_at(call, index, axis.maximum, current), merge == "ENABLED"
@@ -111,7 +111,7 @@ def _move(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _target_position(move_type: int, operand: float, position: float, unwind: float) -> float:
-    """Return the target position of a move with a move type.
+    """Return the target position of a move, given its move type.
 
     >>> [_target_position(move_type, 10.0, 350.0, 360.0) for move_type in range(5)]
     [10.0, 360.0, 370.0, 370.0, 10.0]
@@ -159,7 +159,7 @@ def _stop(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
-    """Bring a planner to rest, or the axis if the planner is `whole`; return whether that takes time."""
+    """Bring a planner (or for `whole`, the axis) to rest; return whether that takes time."""
     all_planners = planner == "whole"
     courses = list(axis.courses.values()) if all_planners else [axis.courses[planner]]
     share = max(
@@ -186,7 +186,7 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move; the instruction of the motion continues."""
+    """Change the speed and rates of a jog or move; the instruction that began it stays active."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.keyword(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:
@@ -194,7 +194,7 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
     present = course.dynamics
 
     def value(index: int, unit_index: int, maximum: str, unchanged: float) -> float:
-        """Return the value after the yes-or-no operand at `index` if it is Yes."""
+        """Return the operand after the yes-or-no operand at `index` if that is Yes, else `unchanged`."""
         if not call.says_yes(index):
             return unchanged
         unit = call.keyword(unit_index, SPEED_UNITS)

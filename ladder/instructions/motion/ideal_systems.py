@@ -66,7 +66,7 @@ class IdealSystem(MotionSpot):
 
     @property
     def kind(self) -> Kind:
-        """The kind of its course."""
+        """The kind of the system's course."""
         return self.course.kind
 
     def end(self, name: str) -> list[float]:
@@ -88,7 +88,7 @@ class IdealSystem(MotionSpot):
         return [a + (b - a) * fraction for a, b in zip(origin, destination, strict=True)]
 
     def positions(self, now_ns: int) -> list[float]:
-        """Return the present position: of its axes, and of the path for coordinates without an axis."""
+        """Return the present position of the axes, or of the path for coordinates without an axis."""
         positions = self.path(now_ns)
         for coordinate, axis in enumerate(self.axes):
             if axis is not None:
@@ -105,7 +105,7 @@ class IdealSystem(MotionSpot):
         entry: float = 0.0,
         merge: bool = False,
     ) -> None:
-        """Begin a path at the present position and a speed; a merge ends other motion of its axes."""
+        """Begin a path at the present position and a given speed; a merge ends other motion of the axes."""
         present = self.positions(now_ns)
         self.set_end("from", present)
         self.set_end("to", goal)
@@ -122,7 +122,7 @@ class IdealSystem(MotionSpot):
         self.course.begin(now_ns, kind, dynamics, claim, goal=goal, entry=present.speed)
 
     def stop_at_once(self, now_ns: int, *, pending: bool = True) -> None:
-        """End the path at the present position, also for the axes that follow it; end the pending path."""
+        """End the path and its following axes at the present position; end the pending path."""
         self.set_end("from", self.positions(now_ns))
         self.course.end()
         for _, axis in self._following_axes():
@@ -224,7 +224,7 @@ def _numbers(call: MotionCall, index: int) -> list[float]:
 
 
 def _member(call: MotionCall, index: int, name: str, default: float = 0.0) -> float:
-    """Return a number in a structure operand; the default if it has no such member."""
+    """Return a number from a structure operand; the default if it has no member of that name."""
     operand = call.operands[index]
     member = operand.find_member(name) if isinstance(operand, Group) else None
     return default if member is None else float(call.machine.get(member))
@@ -273,7 +273,7 @@ def _begin_or_store(
 
 
 def _line(system: IdealSystem, call: MotionCall, dynamics_index: int = 2) -> None:
-    """Begin MCLM, or MCCM; `dynamics_index` is the index of the speed operand."""
+    """Begin MCLM or MCCM; `dynamics_index` is the index of the speed operand."""
     speed = system.course.instant(call.now_ns).speed
     merge, current = merge_at(call, dynamics_index + 11, MERGES, speed)
     dynamics = dynamics_at(call, dynamics_index, RATES.__getitem__, current)

@@ -123,7 +123,7 @@ def _is_control(operand: Resolved) -> TypeGuard[Group]:
 
 
 def _row(name: str, operands: str, *, optional: int = 0) -> Spec:
-    """Return a row from operand names with their kinds, see `USES`; the last `optional` may be missing."""
+    """Return a row from operand names and kinds (see `USES`); the last `optional` may be omitted."""
     uses = tuple(map(_use, operands.split(", ")))
 
     def run(machine: Interpreter, power: bool, *resolved: Resolved) -> None:

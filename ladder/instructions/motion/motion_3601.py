@@ -107,11 +107,11 @@ def _jog(axis: Axis, call: MotionCall) -> None:
 
 
 STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
-"""Kinds of requests by the stop type of MAS that ends them; other stop types don't apply to a 3601."""
+"""Kinds of requests that each stop type of MAS ends; other stop types don't apply to a 3601."""
 
 
 def _begin_motion(axis: Axis, call: MotionCall, index: int, kind: int, command: int, target: int) -> None:
-    """Request a move or a jog; the operand at `index` is its speed, and the merge is ten operands later."""
+    """Request a move or a jog; the operand at `index` is its speed, and Merge is ten operands later."""
     present = axis.kind_under_way
     merge = call.keyword(index + 10, DISABLED_ENABLED) == "ENABLED"
     if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):

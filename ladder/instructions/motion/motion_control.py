@@ -25,14 +25,14 @@ ERRORS = {
 
 
 class MotionError(Exception):
-    """A refused instruction: `code` is for ERR."""
+    """An instruction was refused; `code` is the value for ERR."""
 
     def __init__(self, code: int) -> None:
         self.code = code
 
 
 Argument = Resolved | str
-"""An operand: a number, a tag, or a keyword."""
+"""An operand, which is a number, a tag or a keyword."""
 
 
 class MotionControl(Members):
@@ -40,7 +40,7 @@ class MotionControl(Members):
 
     @property
     def ticket(self) -> int:
-        """Number of the instruction's request to the axis; 0 if none."""
+        """Number of the instruction's request to the axis; 0 if there is none."""
         return self._machine.whole(self["~ticket"])
 
     @ticket.setter

@@ -4,9 +4,9 @@ r"""Courses of an ideal axis: speeds over time, as closed forms.
             |     /      \           and goes      T * (begin + end) / 2
             |____/________\____ time
 
-`share` is the part of a ramp's time in which the rate rises; it falls again in an equal part. 0 is a
-trapezoidal profile, and 0.5 is an S-curve of 100 % of time. A jerk in % of time is rate² / speed * (200 / % -
-1); it reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
+`share` is the fraction of a ramp's time during which the rate rises; it falls again during an equal fraction.
+0 is a trapezoidal profile, and 0.5 is an S-curve of 100 % of time. A jerk in % of time is rate² / speed *
+(200 / % - 1); it reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
 
 Everything is a function of the time since the beginning, so nothing depends on how often it is computed.
 """
@@ -58,7 +58,7 @@ class Instant(NamedTuple):
 
     @property
     def change(self) -> int:
-        """1 if accelerating, -1 if decelerating, else 0."""
+        """1 when accelerating, -1 when decelerating, else 0."""
         direction = self.speed or self.rate
         return (direction * self.rate > 0) - (direction * self.rate < 0)
 
@@ -67,7 +67,7 @@ REST = Instant(0.0, 0.0, 0.0, True)
 
 
 def total(instants: Iterable[Instant]) -> Instant:
-    """Superimpose courses by adding travels, speeds and rates."""
+    """Superimpose motions by adding their travels, speeds and rates."""
     travels, speeds, rates, overs = zip(*instants, strict=True)
     return Instant(sum(travels), sum(speeds), sum(rates), all(overs))
 
@@ -87,7 +87,7 @@ def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
 
 
 def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
-    """Return the ramps of a change of speed: two ramps if the speed passes through zero."""
+    """Return the ramps for a change of speed, which are two if the speed passes through zero."""
     if begin * end < 0:
         return (*ramp(begin, 0.0, dynamics), *ramp(0.0, end, dynamics))
     if abs(end) > abs(begin):
@@ -130,7 +130,7 @@ def length(phases: Phases) -> float:
 
 
 def instant_at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
-    """Return the motion some seconds after the beginning.
+    """Return the motion at a time in seconds after the beginning.
 
     Args:
         last: the speed after the phases.
@@ -157,7 +157,7 @@ def _instant_in_phase(phase: Phase, travel: float, seconds: float) -> Instant:
 
 
 def _unit_ramp(time: float, share: float) -> tuple[float, float]:
-    """Return the speed and travel of a ramp from speed 0 to 1 in 1 s, at a time of 0 to 1 s."""
+    """Return the speed and travel, at a time of 0 to 1 s, of a ramp from speed 0 to 1 in 1 s."""
     if share <= 0:
         return time, time * time / 2
     if time > 0.5:

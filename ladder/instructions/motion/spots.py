@@ -1,7 +1,7 @@
 """Motion structures in memory: axes, coordinate systems, and the instructions that move them.
 
-An axis stores which instruction a motion belongs to: a claim is the number of the MOTION_INSTRUCTION and the
-number of its request. A claim of an earlier request no longer sets bits of the instruction.
+An axis stores which instruction a motion belongs to as a claim, which is the number of the MOTION_INSTRUCTION
+and the number of its request. A claim of an earlier request no longer sets bits of the instruction.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ CLAIMS_OF_SYSTEMS = ("claim", "next_claim", "transform")
 
 
 def _new_numbers(old: Sequence[MotionPart], new: Sequence[MotionPart]) -> dict[int, int]:
-    """Return new numbers by old numbers, from 1; 0 if a structure is gone."""
+    """Return the new number for each old number, from 1; 0 if the structure no longer exists."""
     numbers = {(part.path.upper(), part.index): number for number, part in enumerate(new, 1)}
     return {number: numbers.get((part.path.upper(), part.index), 0) for number, part in enumerate(old, 1)}
 
@@ -100,7 +100,7 @@ class MotionSpot:
             self.memory.write(leaf, index, converted(leaf.type, value))
 
     def set_bits(self, positions: dict[str, str], **bits: bool) -> None:
-        """Set bits by name; `positions` has the word and bit number of each, such as `FLAGS.3`."""
+        """Set bits by name; `positions` has each bit's word and number, such as `FLAGS.3`."""
         words: dict[str, int] = {}
         for name, on in bits.items():
             word, _, bit = positions[name].partition(".")
@@ -113,7 +113,7 @@ FLAGS = {name: f"FLAGS.{bit}" for name, bit in MOTION_BITS.items()}
 
 
 def report(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: bool) -> None:
-    """Set bits and ERR of the instruction of a claim, unless it has begun again since."""
+    """Set bits and ERR of a claim's instruction, unless that instruction has begun again since."""
     number, ticket = claim >> 32, claim & 0xFFFF_FFFF
     if not number:
         return
@@ -125,4 +125,4 @@ def report(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: boo
 
 
 ENDED = {"IP": False, "AC": False, "ACCEL": False, "DECEL": False}
-"""Bits of an instruction after the end of its motion."""
+"""Bits of an instruction after its motion has ended."""

@@ -40,7 +40,7 @@ def _take_request(alarm: Members, name: str) -> bool:
 
 
 def _switch(alarm: Members, set_request: str, reset_request: str, state: str) -> bool:
-    """Set a state by its two requests, of which the reset request has precedence; return the state."""
+    """Set or reset a state by its two requests, of which reset takes precedence; return the state."""
     if alarm[f"Prog{reset_request}"] or alarm[f"Oper{reset_request}"]:
         alarm.set(**{state: False})
     elif alarm[f"Prog{set_request}"] or alarm[f"Oper{set_request}"]:
@@ -50,7 +50,7 @@ def _switch(alarm: Members, set_request: str, reset_request: str, state: str) ->
 
 
 def _has_lasted(machine: Interpreter, alarm: Members, active: bool) -> bool:
-    """Measure how long a condition lasts; return whether it has lasted MinDurationPRE ms."""
+    """Measure how long a condition has lasted; return whether that is at least MinDurationPRE ms."""
     if not active:
         alarm.set(MinDurationACC=0, **{"~active": False})
         return False
@@ -115,7 +115,7 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
 
 
 def _set_levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Set the level alarms; while one is on, further alarms need no minimum duration."""
+    """Set the level alarms; while one is on, other alarms need no minimum duration."""
     beyond = {
         name: not disabled and bool(alarm[f"{name}Enabled"]) and _is_beyond(alarm, name)
         for name in ALARM_LEVELS
@@ -150,7 +150,7 @@ def _set_level(alarm: Members, name: str, *, in_alarm: bool, acknowledged: bool)
 
 
 def _set_rate_alarms(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Sample once per ROCPeriod (s), and set the alarms of the rate of change."""
+    """Sample once per ROCPeriod (s), and set the rate-of-change alarms."""
     period, elapsed = alarm["ROCPeriod"], machine.now_ns - int(alarm["~sampled_ns"])
     if not alarm["~sampled"]:
         alarm.set(**{"~sampled": True, "~sampled_ns": machine.now_ns, "~sample": alarm["In"]})

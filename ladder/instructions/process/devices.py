@@ -21,17 +21,17 @@ _NS_PER_S = 1_000_000_000
 
 
 def _only_set_bit(block: FunctionBlock, names: list[str], fault: str) -> int | None:
-    """Return the number of the one bit that is set; None if no bit or, with a fault, several bits are set."""
+    """Return the number of the only set bit; None if no bits or, with a fault, several bits are set."""
     numbers = [number for number, name in enumerate(names) if block[name]]
     block.wrong(**{fault: len(numbers) > 1})
     return numbers[0] if len(numbers) == 1 else None
 
 
 def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> None:
-    """Set ModeAlarm if the program commands another state than the operator.
+    """Set ModeAlarm if the program commands a different state than the operator.
 
     Args:
-        commands: inputs of the program, one for each state, or one for two states.
+        commands: the program's inputs: one for each state, or a single input for two states.
     """
     requested = sum(int(block[command]) << number for number, command in enumerate(commands))
     expected = 1 << state if len(commands) > 1 else state
@@ -42,7 +42,7 @@ def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> No
 
 
 def _has_timed_out(block: FunctionBlock) -> bool:
-    """Return whether a missing feedback is a fault: after FaultTime, or after it was there once."""
+    """Return whether missing feedback is a fault: after FaultTime, or once the feedback has been on."""
     limit = block.limited("FaultTime", 0.0, math.inf)
     late = (block.machine.now_ns - int(block["~since_ns"])) / _NS_PER_S >= limit
     return limit > 0 and (late or not block["~timing"])
@@ -76,7 +76,7 @@ class _Device:
         _mode_alarm(block, state, self._commands)
 
     def _choose_state(self, block: FunctionBlock) -> int | None:
-        """Set the mode; return the state that it commands, None for no change."""
+        """Set the mode; return the state that it commands, or None for no change."""
         program = block.control()
         hand, override = block.on("ProgHandReq"), self._is_overridden(block)
         block.set(Hand=hand, Override=override)
@@ -90,7 +90,7 @@ class _Device:
         return int(block["OverrideState"]) if override else commanded
 
     def _commanded(self, block: FunctionBlock, *, program: bool) -> int | None:
-        """Return the state that the program or the operator commands; None for no change."""
+        """Return the state that the program or operator commands; None for no change."""
         by_operator = _only_set_bit(block, [f"Oper{n}Req" for n in self._numbers], "OperReqInv")
         if self._has_three:
             by_program = _only_set_bit(block, self._commands, "ProgCommandInv")
@@ -100,7 +100,7 @@ class _Device:
         return state if state is not None and block[f"State{state}Perm"] else None
 
     def _is_overridden(self, block: FunctionBlock) -> bool:
-        """Return whether the device must be in its override state; an alarm gives the operator control."""
+        """Return whether the device must be in override; an alarm also puts the operator in control."""
         by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
         at_start = block.first and block.on("OverrideOnInit")
         requested = block.on("ProgOverrideReq") or by_alarm or at_start

@@ -34,7 +34,7 @@ _MOST_SHAPE = 10.0
 
 
 def _initial(block: FunctionBlock) -> float:
-    """Return InitialValue within the limits of Out."""
+    """Return InitialValue, limited to Out's range."""
     low, high = block.real("LowLimit"), block.real("HighLimit")
     return min(max(block.real("InitialValue"), low), high)
 
@@ -160,8 +160,8 @@ def _pulses(block: FunctionBlock) -> float:
 def _highest_rate(rate: float, distance: float, limit: float, jerk: float, seconds: float) -> float:
     """Return the highest new rate, within its limits, from which Out can still arrive with rate 0.
 
-    The next step moves (rate + new rate)/2 * seconds. The distance to rest after it is
-    (new rate)^2/(2 jerk).
+    The next step moves (rate + new rate)/2 * seconds. The distance from there to rest is (new rate)^2/(2
+    jerk).
     """
     change = jerk * seconds
     root = seconds * seconds / 4 + 2 * (distance - rate * seconds / 2) / jerk

@@ -54,7 +54,7 @@ class _PidLoop:
         return self.mode in _REGULATING
 
     def of_control(self, name: str) -> str:
-        """Return the name of an input of the side that has control, the program or the operator."""
+        """Return the name of an input for the side in control, program or operator."""
         return f"{name}{'Prog' if self.program else 'Oper'}"
 
 
@@ -76,7 +76,7 @@ def _note_faults(loop: _PidLoop) -> None:
 
 
 def _requested_mode(loop: _PidLoop) -> str:
-    """Return the mode that the controlling side requests, Manual, Auto or CasRat; else the last mode."""
+    """Return the mode (Manual, Auto or CasRat) that the side in control requests, else the last mode."""
     block, side = loop.block, "Prog" if loop.program else "Oper"
     if block[f"{side}ManualReq"]:
         return "Manual"
@@ -166,7 +166,7 @@ def _past_errors(loop: _PidLoop, present: dict[str, float]) -> dict[str, tuple[f
 
 
 def _change(loop: _PidLoop) -> float:
-    """Return the change of CV in percent by the gains; store errors and PV for the next calls."""
+    """Return the change of CV, in percent, due to the gains; store errors and PV for the next calls."""
     block, seconds = loop.block, loop.block.delta_t
     p_gain, i_gain, d_gain = (block.limited(f"{term}Gain", 0.0, math.inf) for term in "PID")
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
@@ -197,7 +197,7 @@ def _in_deadband(loop: _PidLoop, previous_error: float) -> bool:
 
 
 def _feed_forward(loop: _PidLoop) -> float:
-    """Return the change of the feedforward; if no time has passed, the next call returns it."""
+    """Return the change in feedforward; if no time has passed, save it for the next call."""
     block = loop.block
     value = block.limited("FF", -100.0, 100.0)
     if block.delta_t <= 0 and not block.first:
@@ -257,7 +257,7 @@ def _show_cv(loop: _PidLoop, cv: float) -> None:
 
 
 def _limit_cv(loop: _PidLoop) -> None:
-    """Limit CV; set it and CVEU, with their alarms and the bits for other loops."""
+    """Limit CV; set CV and CVEU, their alarms, and the bits for other loops."""
     block = loop.block
     cv, previous_cv = _select_cv(loop)
     low, high = block.real("CVLLimit"), block.real("CVHLimit")

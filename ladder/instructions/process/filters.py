@@ -61,7 +61,7 @@ def _past(block: FunctionBlock, name: str, order: int) -> list[float]:
 def _remember(
     block: FunctionBlock, inputs: list[float], outputs: list[float], *, finite: bool, restart: bool
 ) -> None:
-    """Store values for the next calls, newest first; after an overflow, store none or restart the filter."""
+    """Store values for later calls, newest first; on an overflow, store nothing or restart the filter."""
     if finite:
         block.set(**{f"~x{n}": x for n, x in enumerate(inputs, start=1)})
         block.set(**{f"~y{n}": y for n, y in enumerate(outputs, start=1)})
@@ -81,7 +81,7 @@ def _filtered(
     """Execute a transfer function; return Out.
 
     Args:
-        begin: whether the filter starts, as it does in the first scan and with Initialize.
+        begin: whether the filter starts, as in the first scan and with Initialize.
         restart: whether the filter restarts after a value that is not finite.
     """
     order = len(lower) - 1
@@ -125,7 +125,7 @@ def _order(block: FunctionBlock, orders: Sequence[int]) -> int:
 
 
 def _filter_of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
-    """Return the function of a filter with a frequency input; an invalid order is replaced by the first.
+    """Return the function of a filter with a frequency input; the first order replaces an invalid one.
 
     [help, LPF: Order]
     """
@@ -210,9 +210,9 @@ def _integrate(block: FunctionBlock) -> float:
 def _delay(block: FunctionBlock) -> float:
     """Compute Out = In x Gain + Bias, with In delayed by Deadtime; the array is the buffer, newest first.
 
-    Deadtime is rounded to a multiple of DeltaT. A buffer that grows repeats its oldest value. In the first
-    scan, after an InFault, and with an invalid Deadtime, Out is In x Gain + Bias without delay, and the
-    buffer is filled with it.
+    Deadtime is rounded to a multiple of DeltaT. When the buffer grows, its oldest value is repeated. In the
+    first scan, after an InFault, and with an invalid Deadtime, Out is In x Gain + Bias without delay, and
+    this value fills the buffer.
     """
     (buffer,) = block.arrays
     value = block.real("In") * block.real("Gain") + block.real("Bias")

@@ -87,7 +87,7 @@ class FunctionBlock(Members):
         return (change > 0 and self.on(high)) or (change < 0 and self.on(low))
 
     def report(self, bits: dict[str, tuple[str, int]]) -> None:
-        """Set the status words and bits, each given by its word and bit number."""
+        """Set the status words and their bits; each bit is given by its word and bit number."""
         faults = {name: self._faults.get(name, False) for name in bits}
         faults["InstructFault"] = any(self._faults.values())
         words = dict.fromkeys((word for word, _ in bits.values()), 0)
@@ -119,7 +119,7 @@ class FunctionBlock(Members):
             self.delta_t = self._measure_delta_t()
 
     def _set_first_time(self, name: str) -> bool:
-        """Set a hidden bit; return whether it was off."""
+        """Set a hidden bit; return whether it was off before."""
         was_off = not self.on(name)
         self.set(**{name: True})
         return was_off
@@ -132,7 +132,7 @@ class FunctionBlock(Members):
         return self.machine.elapsed(since, NS_PER_MS)
 
     def _measure_delta_t(self) -> float:
-        """Set DeltaT by the timing mode; return it, or 0 if the algorithm does not run."""
+        """Set DeltaT according to the timing mode; return it, or 0 if the algorithm does not run."""
         mode = self["TimingMode"]
         elapsed = self.elapsed_ms / MS_PER_S
         scheduler = self.machine.scheduler
@@ -163,7 +163,7 @@ class FunctionBlock(Members):
     # --- control
 
     def control(self) -> bool:
-        """Set ProgOper from the first request that is set; return whether the program has control."""
+        """Set ProgOper according to the first active request; return whether the program has control."""
         program = self.on("ProgOper")
         for request in ("ProgOperReq", "ProgProgReq", "OperOperReq", "OperProgReq"):
             if self.on(request):
@@ -188,7 +188,7 @@ Converters = dict[str, Callable[[Any], Any]]
 
 
 class CompiledBlock(FunctionBlock):
-    """A block in a compiled program, which passes all members as values."""
+    """A block in a compiled program, which passes all of the block's members as values."""
 
     def __init__(
         self,
@@ -219,7 +219,7 @@ class CompiledBlock(FunctionBlock):
 
 
 def _converter(kind: Any) -> Callable[[Any], Any]:
-    """Return a function that converts a number to a type as `converted` does."""
+    """Return a function that converts a number to a type, as `converted` does."""
     direct: dict[str, Callable[[Any], Any]] = {"BOOL": bool, "REAL": real, "LREAL": float}
     return direct.get(kind.name) or partial(converted, kind)
 

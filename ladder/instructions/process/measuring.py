@@ -21,7 +21,7 @@ from .function_block import NS_PER_S, FunctionBlock, block_row
 def level_alarms(
     block: FunctionBlock, value: float, prefix: str, limits: dict[str, float], band: float
 ) -> None:
-    """Set the level alarms of a value: from its limit until it has returned by more than a deadband.
+    """Set the level alarms; each stays on until the value has returned by more than the deadband.
 
     Args:
         block: the block.
@@ -98,7 +98,7 @@ def _select_input(block: FunctionBlock) -> float:
 
 
 def _select_by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
-    """Set Out and SelectedIn from the inputs without a fault, if any; for a mean, SelectedIn is 0."""
+    """Set Out and SelectedIn from any inputs without a fault; for a mean, SelectedIn is 0."""
     numbers = [number for number, bad in enumerate(faulted, start=1) if not bad]
     if not numbers:
         return
@@ -208,7 +208,7 @@ def _add_flow(block: FunctionBlock, value: float, units: float) -> None:
 
 
 def _reset_total(block: FunctionBlock, *, program: bool) -> None:
-    """Reset the total on a request of the side in control; the program's request must rise."""
+    """Reset the total on a request from the side in control; the program's needs a rising edge."""
     requested = block.on("ProgResetReq")
     by_program = program and requested and not block["~asked"]
     block.set(**{"~asked": requested}, ProgResetDone=by_program or (requested and block.on("ProgResetDone")))

@@ -98,7 +98,7 @@ def _set_alarms(loop: _Loop) -> None:
 
 
 def _output(loop: _Loop) -> float:
-    """Return OUT in percent: the computed value, the tieback or SO."""
+    """Return OUT in percent, which is the computed value, the tieback or SO."""
     if loop.bit("MO") or loop.bit("SWM"):
         output = loop.real("TIE") if loop.bit("MO") else loop.real("SO")
         _track(loop, output)

@@ -1,13 +1,13 @@
 """POSP and SRTP: an analog value as contact pulses, one per cycle [1756-RM006K p. 104-108, 131-133].
 
     POSP  timer     0 _/|_/|_/|      CycleTime
-          OpenOut   |‾|_|‾‾‾|__      for OpenTime = (SP% - Position%)/OpenRate, computed at the cycle's begin
+          OpenOut   |‾|_|‾‾‾|__      for OpenTime = (SP% - Position%)/OpenRate, computed at the cycle's start
     SRTP  HeatOut   |‾‾|_|‾|___      for HeatTime = (In - MinHeatIn)/(MaxHeatIn - MinHeatIn) CycleTime
 
 POSP: Deadtime is added to a pulse if the previous pulse was shorter than the cycle. A time above its maximum
-    is limited; a time below its minimum gives no pulse.
+    is limited; a time below its minimum produces no pulse.
 
-The manual's equations are pictures, so the equations here are interpretations. The timers count whole ms, and
+The manual's equations are pictures, so the equations here are interpretations. The timers count whole ms and
 carry over the excess at the end of a cycle. They start in the first scan, and POSP pulses from its second
 cycle. With a span of 0, POSP keeps its percentages and does not pulse. A maximum of 0 is CycleTime.
 """

@@ -4,9 +4,9 @@ r"""RMPS: a profile of ramps and soaks, for example of a batch's temperature [17
          /    \     then soak for SoakTime[n] min, then segment n + 1
         /      \___
 
-With guaranteed ramp, Out waits while PV is farther from Out than a deadband; with guaranteed soak, the time
-does. In a single profile, the mode after the last segment is Operator Manual or Program Hold. In a cyclic
-profile, segment 0 follows.
+With guaranteed ramp, Out waits while PV is farther from Out than a deadband; with guaranteed soak, the soak
+time does. In a single profile, the mode after the last segment is Operator Manual or Program Hold. In a
+cyclic profile, segment 0 follows.
 
 Where the manual is silent: a soak begins in the call after Out reaches its value. In Auto, a fault of PV, an
 array or NumberOfSegs changes the mode as the end of a single profile does.
@@ -30,7 +30,7 @@ def _is_usable(value: float) -> bool:
 
 
 def _mode(block: FunctionBlock, *, program: bool) -> str:
-    """Return the mode from the requests of the side in control; a new block is in Manual."""
+    """Return the mode that the side in control requests; a new block is in Manual."""
     if block.new:
         return "Manual"
     mode = next((name for name in ("Auto", "Hold") if block[name]), "Manual")
@@ -47,7 +47,7 @@ def _begin_segment(block: FunctionBlock, segment: int, out: float) -> None:
 
 
 def _ramp(block: FunctionBlock, out: float, target: float, minutes: float, rate: float) -> float:
-    """Return Out after some minutes of ramp; `rate` is in units/min, or with TimeRate a time in min."""
+    """Return Out after `minutes` of a ramp; `rate` is in units/min, or with TimeRate, a time in min."""
     if block["TimeRate"]:
         rate = math.inf if rate == 0 else abs(target - block.real("~origin")) / rate
     step = rate * minutes if minutes > 0 else 0.0
@@ -100,7 +100,7 @@ def _manual(block: FunctionBlock, side: str, count: int) -> None:
 
 
 def _initialize(block: FunctionBlock) -> bool:
-    """On Initialize, reset the inputs for segment and soak time; return whether Manual ends."""
+    """On Initialize, reset the segment and soak time inputs; return whether Manual ends."""
     if not block["Initialize"]:
         return False
     for side in ("Prog", "Oper"):

@@ -1,11 +1,11 @@
-"""Function blocks for analog values and states without a history of samples [1756-RM006].
+"""Function blocks for analog values and states that keep no history of samples [1756-RM006].
 
 | block | function |
 |---|---|
 | SCL | scales raw units to engineering units; `Limiting` keeps the result in range |
 | HLL | keeps a value within limits; SelectLimit: 0 both, 1 the high limit, 2 the low limit |
 | SEL, SNEG | one of two values; a value, or its negative |
-| SSUM | the sum of selected values, each with a gain |
+| SSUM | the sum of the selected values, each with its own gain |
 | MAXC, MINC | the highest or lowest value since Reset |
 | SETD, RESD | a latch that Set, or Reset, dominates |
 | DFF, JKFF | on a rising Clock, DFF copies D to Q, and JKFF toggles Q |
@@ -149,7 +149,7 @@ def _generate(block: FunctionBlock) -> float:
 
 
 def _interpolated(xs: list[float], ys: list[float], value: float) -> float:
-    """Return y at x = `value`; beyond the ends, y of the first or last point; for NaN, NaN."""
+    """Return y at x = `value`; beyond the ends, use the first or last point; for NaN, return NaN."""
     right = next((n for n, x in enumerate(xs) if value <= x), None)
     if right is None:
         return ys[-1] if value > xs[-1] else value

@@ -3,20 +3,20 @@
 The manual, 1756-RM095, was not available. Operands and members come from exports; codes, and the conditions
 that reset a fault, are from memory.
 
-    DCS     channels  ____|‾‾‾‾‾‾‾‾‾‾‾‾‾|_____     active as the input type says
+    DCS     channels  ____|‾‾‾‾‾‾‾‾‾‾‾‾‾|_____     active according to the input type
             Reset     ________|‾|_____________     restart MANUAL; AUTOMATIC needs none
             O1        ________|‾‾‾‾‾‾‾‾‾|_____
     CROUT   Actuate   ____|‾‾‾‾‾‾‾‾‾|_________
             O1, O2    ____|‾‾‾‾‾‾‾‾‾|_________
             feedback  _______|‾‾‾‾‾‾‾‾‾|______     within the reaction time; NEGATIVE is inverted
 
-A fault sets FP and FaultCode and turns the outputs off until Reset rises after the cause is gone. Channels
-that differed must both be safe before that. A false rung turns all outputs off and clears the fault.
+A fault sets FP and FaultCode and turns the outputs off until Reset rises after the cause is gone. If the
+channels differed, both must be safe first. A false rung turns all outputs off and clears the fault.
 
 | FaultCode of DCS | channels |
 |---|---|
 | 16#20 | InputStatus turned off |
-| 16#4000, 16#4001 | differed for the discrepancy time, channel A active, channel B active |
+| 16#4000, 16#4001 | differed for the discrepancy time with channel A active, channel B active |
 | 16#4002, 16#4003 | channel A, channel B, went to safe and back while the other channel stayed active |
 
 | FaultCode of CROUT | feedback 1 and 2, 1, 2 |
@@ -118,7 +118,7 @@ def _set_dcs_output(block: Members, *, active: bool, status: bool, restarts: boo
 
 
 def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:
-    """Store that the inputs became valid; fault if they turn invalid."""
+    """Note when the inputs become valid; fault if they become invalid again."""
     if status and not block["~valid"] and not block["FP"]:
         block.set(**{"~valid": True, "~tested": cold_automatic, "~free": cold_automatic})
         block.set(**{"~both": False, "~apart": False, "~left": 0})
@@ -151,7 +151,7 @@ def _lasts(machine: Interpreter, block: Members, limit_ms: int) -> bool:
 
 
 def _fault_until_safe(block: Members, code: int) -> None:
-    """Fault, and require that both channels are safe before a reset."""
+    """Fault, and require both channels to be safe before a reset."""
     _fault(block, code)
     block.set(**{"~tested": False})
 
@@ -190,7 +190,7 @@ def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved)
 
 
 def _status_off(inputs: bool, outputs: bool) -> int:
-    """Return the code of the status that is off; 0 if both are on."""
+    """Return the code for the status that is off; 0 if both are on."""
     if not inputs:
         return INPUT_OFF
     return 0 if outputs else OUTPUT_OFF

@@ -1,7 +1,7 @@
 """Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
 
-An operand is the first word of a file. Shifts move LEN bits, and the bit that leaves goes to UL. A sequencer
-starts at step 0, and step 1 follows step LEN.
+An operand is the first word of a file. Shifts move LEN bits, and the bit that is shifted out goes to UL. A
+sequencer starts at step 0, and step 1 follows step LEN.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def sequence_compare(
     group: Group,
     *_shown: Resolved,
 ) -> None:
-    """Run SQC: set FD if the source equals the step in the bits of the mask."""
+    """Run SQC: set FD if the source equals the step in the masked bits."""
     control = Control(machine, group)
     if not power:
         control.set(EN=False, FD=False)

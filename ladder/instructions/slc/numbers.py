@@ -68,7 +68,7 @@ def store_bits(machine: Interpreter, target: Place, value: int) -> None:
 
 
 def number(machine: Interpreter, operand: Resolved) -> float:
-    """Return the value of an operand: an exact integer or a floating point number."""
+    """Return the value of an operand as an exact integer or a floating-point number."""
     return machine.number(operand, _WIDE if is_integer(operand) else DOUBLE)
 
 
@@ -216,7 +216,7 @@ def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
 
 
 def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolved, target: Place) -> None:
-    """Run SCL: source times rate / 10,000, rounded, plus offset."""
+    """Run SCL: multiply the source by rate / 10,000, round, and add the offset."""
     product = number(machine, source) * number(machine, rate)
     if _is_whole(source, rate):
         scaled = quotient(machine.whole(product), 10_000)
@@ -244,7 +244,7 @@ def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def to_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """Run TOD for four digits; a larger or a negative number is an overflow."""
+    """Run TOD for four digits; a larger or negative number is an overflow."""
     value = machine.whole(number(machine, source))
     fits = 0 <= value <= 9_999
     all_digits = _digits(machine.least(abs(value), 32_768))
@@ -272,7 +272,7 @@ def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
 
 
 def decode(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """Run DCD: set the bit that the low four bits of the source number."""
+    """Run DCD: set the bit whose number is in the low four bits of the source."""
     number = machine.integer(source) & 0xF
     machine.put(target, wrap(sum((number == place) << place for place in range(16)), target.type.bits))
 

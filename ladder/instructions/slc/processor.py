@@ -29,7 +29,7 @@ FIRST_PASS, HALTED = 15, 13
 """Bits of S:1."""
 
 MINOR_AT_END = 0x0020
-"""Code of the major error for a minor error bit that is set at the end of the scan."""
+"""Code of the major error that occurs if a minor error bit is set at the end of the scan."""
 
 _POWER_UP = datetime.datetime(1970, 1, 1)
 
@@ -55,7 +55,7 @@ def before_scan(engine: Any, first: bool) -> None:
 
 
 def after_scan(engine: Any) -> None:
-    """Reset first pass; raise LadderFault 0020 if the program has left a minor error bit set."""
+    """Clear the first pass bit; raise LadderFault 0020 if the program has left a minor error bit set."""
     if not has_status(engine):
         return
     status = Status(engine.interpreter)

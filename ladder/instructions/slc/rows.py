@@ -109,7 +109,7 @@ def _one_source(name: str, function: Callable[[float], float]) -> Spec:
 
 
 def _log(function: Callable[[float], float]) -> Callable[[float], float]:
-    """Return a logarithm that is -inf at 0, and NaN below."""
+    """Return a version of a logarithm that is -inf at 0 and NaN below 0."""
 
     def log(value: float) -> float:
         if value > 0:

@@ -3,7 +3,7 @@
 | word | content |
 |---|---|
 | S:0/0 to 3 | carry, overflow, zero, sign of the last result |
-| S:2/14 | a result that does not fit becomes: 0 the nearest limit, 1 its low bits |
+| S:2/14 | a result that does not fit becomes the nearest limit (0) or its low bits (1) |
 | S:5/0 | overflow trap: a major fault at the end of the scan, unless the program clears it |
 | S:13, S:14 | math register: low and high word |
 | S:24 | offset of indexed addresses |
@@ -48,7 +48,7 @@ class Status:
 
     @property
     def keeps_low_bits(self) -> bool:
-        """Whether an overflow keeps the low bits (S:2/14)."""
+        """Whether an overflow stores the low bits (S:2/14)."""
         return bool(self[SELECTION] >> 14 & 1)
 
     def set_flags(self, stored: float, *, carry: bool = False, overflow: bool = False) -> None:

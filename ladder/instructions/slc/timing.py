@@ -1,6 +1,6 @@
 """Timers with a time base, and 16-bit counters [1747-RM001, chapter "Basic instructions"].
 
-rung  ___|‾‾‾‾‾‾‾‾‾‾|______     ACC counts time bases up to PRE; a fraction stays for the next scan
+rung  ___|‾‾‾‾‾‾‾‾‾‾|______     ACC counts time bases up to PRE; a fraction carries over to the next scan
 EN    ___|‾‾‾‾‾‾‾‾‾‾|______
 TT    ___|‾‾‾‾‾|___________     TON; a TOF times while the rung is false
 DN    _________|‾‾‾‾|______
@@ -15,7 +15,7 @@ from ...model.operands import Constant, Group, Resolved
 from ...model.types import INT
 
 BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
-"""Time bases in ns, by operand; 0.001 s is for MicroLogix."""
+"""Time bases in ns, by operand; only MicroLogix has 0.001 s."""
 
 
 def _count_time(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:

@@ -1,7 +1,7 @@
 """MSG: a message to another controller, with its result from a stub (`stubs`).
 
     rung    ____|‾‾‾‾|_____________
-    EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays until the end and a false rung, ST until the end
+    EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays on until the end and a false rung, ST until the end
     DN, ER  _______________|‾‾‾‾‾‾‾     until the next message
 
 In structured text, a call begins a message unless it is already under way. The message ends after a scan,
@@ -29,7 +29,7 @@ from ...run.partners import receive
 from ...state.lowered import LoweredProgram
 
 TIMEOUT = 1
-"""ERR of a message that its TO bit stopped: connection failure."""
+"""ERR of a message that its TO bit stopped, "connection failure"."""
 
 
 def run_message(machine: Interpreter, power: bool, message: Members, path: str) -> None:
@@ -49,7 +49,7 @@ def run_message(machine: Interpreter, power: bool, message: Members, path: str) 
 
 
 def _end_if_due(machine: Interpreter, message: Members, path: str) -> None:
-    """End a message under way if its time has elapsed or its TO bit is set."""
+    """End an active message if its time has elapsed or its TO bit is set."""
     stub = stub_of(machine.lowered.stubs, path)
     assert stub is not None  # `checks` refuses a program without a stub
     if not message["TO"] and machine.now_ns - machine.whole(message["~started_ns"]) < stub.after_ns:
@@ -64,7 +64,7 @@ def _end_if_due(machine: Interpreter, message: Members, path: str) -> None:
 
 
 def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ...]:
-    """Return functions that end structured text messages after a scan."""
+    """Return the functions that end structured text messages after each scan."""
     texts = [routine for routine in lowered.routines.values() if routine.body is not None]
     if not any(step.name == "MSG" for routine in texts for line in routine.lines for step in line.all_steps):
         return ()

@@ -1,6 +1,6 @@
 """Attributes for GSV and SSV that the runtime only stores.
 
-Each attribute is a number in the program's memory, with the initial value in its row. SSV and tests may set
+Each attribute is a number in the program's memory, with the initial value from its row. SSV and tests can set
 the number, and GSV reads it. Modules run without faults, and a scan takes no time [1756-RM003N, GSV/SSV
 objects].
 """
@@ -18,7 +18,7 @@ STRING = 4 + 82
 """Size of a text, in bytes; it is initially empty."""
 
 RUNNING = 0x4000
-"""EntryStatus of a module with open connections: 4 in the upper four bits."""
+"""EntryStatus of a module with open connections, which has 4 in its upper four bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,12 +187,12 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "TIMEZONESTRING": StoredValue(84, set=True),
     },
 }
-"""Attributes by class, both in capitals."""
+"""Attributes by class; class and attribute names are in capitals."""
 
 ANY_NAME: Mapping[str, StoredValue] = {"DATALOG": StoredValue(DINT, set=True)}
-"""Classes whose attribute list was not available: any attribute name has this value."""
+"""Classes whose attribute lists were not available, so any attribute name has this value."""
 
 
 def stored_value(kind: str, name: str) -> StoredValue | None:
-    """Return a stored attribute by class and name in capitals; None for an unknown attribute."""
+    """Return a stored attribute by class and name, both in capitals; None if unknown."""
     return OBJECTS.get(kind, {}).get(name) or ANY_NAME.get(kind)

@@ -12,7 +12,7 @@ from ...model.spec import Spec, Use, action, do_nothing
 from ...state.regions import converted
 
 NOT_SCHEDULED = 24594
-"""Result: the phase is not scheduled or inhibited, or its task is inhibited."""
+"""Result when a phase is not scheduled, or it or its task is inhibited."""
 
 
 def _run(machine: Interpreter, *operands: Resolved | str) -> None:

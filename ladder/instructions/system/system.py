@@ -111,7 +111,7 @@ Reader = Callable[[Interpreter, str], bytes]
 
 
 def _of_task(code: str, value: Callable[[Interpreter, ScheduledTask], int]) -> Reader:
-    """Return a function that reads a number of a task."""
+    """Return a function that reads a numeric attribute of a task."""
 
     def read(machine: Interpreter, name: str) -> bytes:
         task = _task(machine, name)
@@ -174,7 +174,7 @@ def _date(machine: Interpreter, _name: str) -> bytes:
 
 @lru_cache(maxsize=4)
 def _date_at(wall_us: int) -> bytes:
-    """Return the date of an instant; cached, because several instructions of a scan use it."""
+    """Return the date at an instant; cached, because several instructions in a scan may need it."""
     now = POWER_UP + datetime.timedelta(microseconds=wall_us)
     day = now.year, now.month, now.day
     return struct.pack("<7i", *day, now.hour, now.minute, now.second, now.microsecond)
@@ -267,7 +267,7 @@ def _resolve(
 ) -> tuple[str, str | Place, str, Place | Group]:
     """Return class, instance and attribute in capitals, and the tag.
 
-    The instance of an axis is the member of its tag that is the attribute.
+    For an axis, the instance is the member of its tag that has the attribute.
     """
     kind, instance, name = (str(word).upper() for word in operands[:3])
     tag = operands[3]
@@ -290,7 +290,7 @@ def _resolve(
 
 
 def _reserve(resolver: OperandResolver, kind: str, instance: str, name: str) -> None:
-    """Reserve a place in memory for a stored attribute, and for the offset of the clock."""
+    """Reserve memory for a stored attribute, and for the clock offset."""
     stored = None if (kind, name) in ATTRIBUTES else stored_value(kind, name)
     if stored is not None:
         resolver.kept(_path(kind, instance, name), stored.initial)

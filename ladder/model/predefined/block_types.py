@@ -1,4 +1,4 @@
-"""Structures of function blocks: blocks that structured text calls, and blocks of diagrams only.
+"""Structures of function blocks that structured text can call, and of blocks found only in diagrams.
 
 [1756-RM003 and 1756-RM006, structures of each block]
 """

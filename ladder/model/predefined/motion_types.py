@@ -2,7 +2,7 @@
 
 Bits and members are as in the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
 chapter "Motion Instruction Structure"]. All types of axis have the same members here: the ones that programs
-use most. A program with another member is refused at its line; an L5X adds the member to the type.
+use most. A program that uses another member is refused at that line; an L5X adds the member to the type.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..types import BOOL, DINT, DataType, Member, Structure, for_each, members_o
 
 
 def _word(host: str, names: str) -> tuple[Member, ...]:
-    """Return a DINT, and its bits from bit 0 on; `-` is a bit without a name."""
+    """Return a DINT and its bits, starting at bit 0; `-` is a bit without a name."""
     bits = {name: bit for bit, name in enumerate(names.split()) if name != "-"}
     return packed_in(Member(host, DINT), bits)
 
@@ -157,7 +157,7 @@ number: above 0 on a 3601, below 0 for an ideal axis. Other hidden members are t
 
 
 def is_axis(kind: DataType) -> bool:
-    """Whether a type is one of `AXIS_TYPES`, possibly with more members."""
+    """Return whether a type is one of `AXIS_TYPES`, possibly with more members."""
     return isinstance(kind, Structure) and kind.name in AXIS_TYPES and kind.hidden == _OF_AXES
 
 
@@ -231,7 +231,7 @@ BY_CLASS: Mapping[str, Structure] = {
     "MOTIONGROUP": MOTION_GROUP,
     "COORDINATESYSTEM": COORDINATE_SYSTEM,
 }
-"""Type of the instances of a class in GSV and SSV, by class in capitals."""
+"""Type of a class's instances in GSV and SSV, by class in capitals."""
 
 MOTION_TYPES: Mapping[str, Structure] = {
     kind.name: kind

@@ -1,6 +1,6 @@
 """Keywords of motion instructions as rungs print them [MOTION-RM002].
 
-A number is the position of a word in its list, from 0: `MAS(Axis,Stop,2,...)` stops a Move.
+A number is the position of a word in its list, counting from 0: `MAS(Axis,Stop,2,...)` stops a Move.
 """
 
 from __future__ import annotations

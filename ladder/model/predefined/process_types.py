@@ -28,7 +28,7 @@ def block_structure(
         name: name of the type.
         inputs: its input parameters, see `members_of`; `TIMING` has the inputs of timing modes.
         outputs: its output parameters.
-        faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None without Status.
+        faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None if there is no Status.
         hidden: members that keep values between calls, see `members_of`.
         more: names of bits 1, 2, ... of Status2, if there are two words.
     """

@@ -1,4 +1,4 @@
-"""All predefined data types, by name. Those of `_PLAIN` are for copies and reads only."""
+"""All predefined data types, by name. Types in `_PLAIN` can only be copied and read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SERIAL_PORT_CONTROL = Structure(
 """Control of serial port instructions [1756-RM003N, ASCII serial port instructions]."""
 
 HMIBC = Structure("HMIBC", members_of("BOOL EnableIn EnableOut ProgFB ButtonState HMIButtonSet"))
-"""Structure of HMIBC: a page or a test sets ButtonState."""
+"""Structure of HMIBC, whose ButtonState is set by a page or a test."""
 
 _PLAIN = tuple(
     Structure(name, members_of(text))
@@ -38,7 +38,7 @@ _PLAIN = tuple(
 
 
 def _of_chart(name: str, bits: str, numbers: str, hidden: str = "") -> Structure:
-    """Return the type of a tag of a chart: bits in Status as `X31`, numbers, hidden members."""
+    """Return the type of a chart's tag; `bits` has the bits of Status, such as `X31`."""
     places = dict(re.findall(r"(\w+?)(\d+)\b", bits))
     status = packed_in(Member("Status", DINT), {name: int(bit) for name, bit in places.items()})
     return Structure(name, status + members_of(f"DINT {numbers}"), hidden=members_of(hidden))

@@ -6,7 +6,7 @@ from . import motion_words, safety_types
 
 
 def plain(word: str) -> str:
-    """Return a keyword in capitals without spaces and hyphens, as structured text has it.
+    """Return a keyword in capitals without spaces or hyphens, as structured text writes it.
 
     >>> plain("Units per sec2"), plain("S-Curve")
     ('UNITSPERSEC2', 'SCURVE')

@@ -1,6 +1,6 @@
-"""Evaluates terms for many runs at once: each value is an array with one element per run.
+"""Evaluation of terms for many runs at once; each value is an array with one element per run.
 
-Booleans and whole numbers of up to 62 bits are numpy arrays of their own types. Wider numbers are arrays of
+Booleans and whole numbers of up to 62 bits use numpy arrays of matching types. Wider numbers use arrays of
 Python objects.
 """
 
@@ -21,7 +21,7 @@ from .terms import T
 Array = np.ndarray[Any, np.dtype[Any]]
 
 _wrap: Callable[..., Any] = arithmetic.wrap
-"""`wrap` for each element of an array, up to 62 bits; arrays have the operators that it uses."""
+"""`wrap` for each element of an array, up to 62 bits; arrays support the operators that it uses."""
 
 LANES = 256
 """Default number of runs at once."""

@@ -1,4 +1,4 @@
-"""Computes terms from the values of their variables."""
+"""Computation of terms from the values of their variables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .terms import T, reach
 class Evaluator:
     """Computes the same terms for different values of their variables.
 
-    Each subterm has a slot; operands come first, so that one pass over the slots computes all terms.
+    Each subterm has a slot; operands come first, so a single pass over the slots computes all terms.
 
     Args:
         roots: the terms to compute.

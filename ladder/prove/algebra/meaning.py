@@ -6,7 +6,7 @@ Booleans are `bool`, whole numbers are unbounded `int`, floats are `float`. A si
 | operation | meaning |
 |---|---|
 | not, and, iff, ite | on Booleans; the last two operands of `ite` may be of any kind |
-| add, sub, mul, div, rem | exact; `div` cuts off toward zero; both are 0 for a divisor of 0 |
+| add, sub, mul, div, rem | exact; `div` truncates toward zero; `div` and `rem` are 0 for a divisor of 0 |
 | band, bor, bxor | on two's complement patterns of unlimited width |
 | shr, wrap, bit, setbit, b2i | shift right, keep low bits, read a bit, write a bit, Boolean to 0 or 1 |
 | eq, lt | on whole numbers |
@@ -34,7 +34,7 @@ FAR = 1 << 62
 
 
 def div(a: int, b: int) -> int:
-    """Divide toward zero; 0 for a divisor of 0."""
+    """Divide, truncating toward zero; return 0 for a divisor of 0."""
     return quotient(a, b) if b else 0
 
 
@@ -76,7 +76,7 @@ def write_bit(word: int, truth: bool, number: int, width: int) -> int:
 
 
 def same_float(a: float, b: float) -> bool:
-    """Return whether two floats are the same value, NaN and the sign of zero included.
+    """Return whether two floats are the same value, including NaN and the sign of zero.
 
     >>> same_float(0.0, -0.0), same_float(math.nan, math.nan)
     (False, True)

@@ -1,4 +1,4 @@
-"""Operations on whole numbers and floats, simplified by means of intervals and constants."""
+"""Operations on whole numbers and floats, simplified using intervals and constants."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ def fop(op: str, *args: T) -> T:
 
 
 def to_int(a: T, rounding: str) -> T:
-    """Round a float half to even (`rne`) or cut it off (`rtz`); for large floats, see `meaning`."""
+    """Round a float half to even (`rne`) or toward zero (`rtz`); for large floats, see `meaning`."""
     if a.op == "const":
         return const(meaning("f2i", INT, rounding)(a.val))
     return mk("f2i", (a,), INT, rounding, -FAR, FAR)

@@ -1,11 +1,11 @@
 """Terms: Booleans, exact whole numbers with a known interval, and floats; simplified and shared.
 
 Whole numbers are mathematical integers. The interval determines how many bits they need. Only `wrap` and
-`setbit` cut bits off.
+`setbit` drop bits.
 
-Equal terms are the same object and are compared with `is`. `forget` empties the table of shared terms: call
+Equal terms are the same object and are compared with `is`. `forget` empties the table of shared terms; call
 it at the beginning of a proof. Earlier terms stay valid, but equal new terms are different objects. Ids
-increase, so that an operand has a smaller id than its term.
+increase, so an operand has a smaller id than its term.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ memo: dict[tuple[Any, ...], T] = {}
 
 
 def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi: int = 0) -> T:
-    """Return the term with these parts, always the same object; a constant for an interval of one number."""
+    """Return the one term object with these parts; a constant if the interval has only one number."""
     if kind == INT and lo == hi and op != "const":
         return const(lo)
     key = (
@@ -83,7 +83,7 @@ TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
 
 
 def forget() -> None:
-    """Empty the table of shared terms: new terms share nothing with earlier ones, which can be freed."""
+    """Empty the table of shared terms, so new terms share nothing with earlier ones, which can be freed."""
     _table.clear()
     memo.clear()
 
@@ -103,7 +103,7 @@ def bits_of(lo: int, hi: int) -> int:
 
 
 def interval_of(width: int) -> tuple[int, int]:
-    """Return the lowest and highest number of |width| bits, signed for a positive width."""
+    """Return the lowest and highest numbers of |width| bits, signed if the width is positive."""
     return (-(1 << width - 1), (1 << width - 1) - 1) if width > 0 else (0, (1 << -width) - 1)
 
 
@@ -181,7 +181,7 @@ def ite(c: T, a: T, b: T) -> T:
 
 
 def _truth_of(c: T, a: T, b: T) -> T | None:
-    """Return a choice between Booleans without `ite`; None if it has no simpler form."""
+    """Return a choice between Booleans in a form without `ite`; None if there is no simpler form."""
     if a is TRUE or a is c:
         return or_(c, b)
     if a is FALSE:
@@ -197,7 +197,7 @@ def _truth_of(c: T, a: T, b: T) -> T | None:
 
 
 def replaced(t: T, replacements: Mapping[str, T], memo: dict[int, T]) -> T:
-    """Return a term with variables replaced by name; `memo` caches results by id."""
+    """Return a term with the named variables replaced; `memo` caches results by id."""
     unfinished = [t]
     while unfinished:
         term = unfinished[-1]

@@ -1,11 +1,11 @@
-"""Built-in questions about a program: is anything dead, stuck, in conflict or never done, and what can fault?
+"""Built-in questions about a program: is anything dead, stuck, in conflict or never done, and can it fault?
 
 | rule | reported if |
 |---|---|
 | `dead-rung` | proved: no output of a rung ever has power |
-| `dead-leg` | proved: a contact never passes power, or always does; a leg adds nothing to the others |
+| `dead-leg` | proved: a contact never passes power, or always does; a leg is redundant |
 | `never-on` | proved: a coil's bit is never 1 after a scan |
-| `stuck` | proved: a coil's bit, once 1, is 1 after each later scan |
+| `stuck` | proved: a coil's bit, once 1, stays 1 after every later scan |
 | `conflict` | refuted, by a run: two OTE of one bit write different values in one scan |
 | `never-done` | proved: DN of a timer or counter is never 1 after a scan |
 | `fault` | refuted, by a run: a major fault, a zero divisor or an overflow |
@@ -13,8 +13,8 @@
 
 | file | does |
 |---|---|
-| `of_program` | these questions of a program |
-| `points` | questions of a search: which states of contacts and coils can't be reached, and a run that
+| `of_program` | these questions about a program |
+| `points` | questions for a search: which states of contacts and coils can't be reached, and a run that
 reaches one |
 | `asking` | answers questions, in rounds |
 | `deciding` | decides conditions |
@@ -40,14 +40,14 @@ def ask(
     known_run: KnownRun | None = None,
     listener: Listener[Finding] | None = None,
 ) -> Answers:
-    """Answer the questions of some rules; return the findings in the order of the program.
+    """Answer the questions of the given rules; return the findings in program order.
 
     Args:
         problem: a program.
         rules: ids of rules.
         routines: see `questions_of`.
-        limits: questions that need more stay open.
-        known_run: returns the conditions that a known run makes true, such as the rack's scenario.
+        limits: questions that need more work than this stay open.
+        known_run: returns the conditions that a known run, such as the rack's scenario, makes true.
         listener: receives the findings as they are made.
     """
     questions = [question for question in questions_of(problem, routines) if question.rule in rules]

@@ -1,7 +1,7 @@
-"""Answers the built-in questions of a program, cheap questions first.
+"""Answering of the built-in questions about a program, cheapest first.
 
-Three rounds report findings: random scans and a single scan from any state, inductions, and inductions with
-invariants. Invariants need most of the time, so that they are found once for all open questions.
+Three rounds report findings: random scans and a single scan from any state, then inductions, then inductions
+with invariants. Invariants take most of the time, so they are found once for all open questions.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..system import ProgramSystem
 from .deciding import FIRST_SCANS, KnownRun, QuestionLimits, TruthDecider
 
 PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
-"""Rules whose findings are proofs; the findings of other rules are runs."""
+"""Rules that find proofs; other rules find runs."""
 
 RULES = (*PROVED_RULES, "conflict", "fault", "endless")
 
@@ -38,12 +38,12 @@ class Question:
     """A question: can a condition on the values before a scan ever be true?
 
     Attributes:
-        rule: the rule that reports a finding, either if the condition can be true, or if it can't.
+        rule: the rule, which reports a finding either if the condition can be true or if it can't.
         site: the instruction or rung.
         text: the finding, in words.
         bad: the condition.
-        lives: a condition that must be possible; otherwise another finding covers this one.
-        fault: the site of the major fault whose condition `bad` is, or None.
+        lives: a condition that must be possible; if it is not, another finding covers this one.
+        fault: the site of the major fault that `bad` describes, or None.
         coils: numbers of the instructions that disagree.
     """
 
@@ -57,12 +57,12 @@ class Question:
 
     @property
     def key(self) -> QuestionKey:
-        """The identity of a question, the same in every pass of a loop."""
+        """The identity of a question, which is the same in every pass of a loop."""
         return self.rule, self.site, self.text
 
     @property
     def is_proof(self) -> bool:
-        """Whether a proof is a finding; otherwise a run is."""
+        """Whether the finding is a proof; otherwise it is a run."""
         return self.rule in PROVED_RULES
 
 
@@ -79,7 +79,7 @@ class Finding:
 
 @dataclass(slots=True)
 class Answers:
-    """The findings, and by rule the numbers of questions and of open questions."""
+    """The findings, and the numbers of questions and open questions by rule."""
 
     findings: list[Finding] = field(default_factory=list)
     counts: Counter[str] = field(default_factory=Counter)
@@ -100,14 +100,14 @@ class Listener(Generic[Found]):
         """Receive a finding."""
 
     def left(self, count: int) -> None:
-        """Receive the number of open questions, after the first round and again after the inductions."""
+        """Receive the number of open questions after the first round, and again after the inductions."""
 
     def next(self, question: Question, count: int) -> None:
         """Receive the next open question, and the number of questions after it."""
 
 
 def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
-    """Return the conditions that are proved to be true in no scan."""
+    """Return the conditions that are proved never to be true in a scan."""
     decider = TruthDecider(problem, limits, dict.fromkeys(truths, ""))
     decider.scan_at_random()
     decider.find_impossible()
@@ -135,7 +135,7 @@ class Questioning:
         self._remaining = 0  # number of questions after the current one
 
     def answers(self, known_run: KnownRun | None) -> Answers:
-        """Answer all questions; return the findings in the order of the questions."""
+        """Answer all questions; return the findings in question order."""
         answers, decider = Answers(), self._decider
         unique_keys = dict.fromkeys(question.key for question in self._questions)
         answers.counts.update(rule for rule, _, _ in unique_keys)
@@ -155,7 +155,7 @@ class Questioning:
         return answers
 
     def _decide_by_induction(self, known_run: KnownRun | None) -> None:
-        """Decide questions by more scans, a known run and inductions."""
+        """Decide questions using more scans, a known run and inductions."""
         decider = self._decider
         decider.scan_at_random()
         proofs = set(self._truths(is_proof=True))
@@ -173,14 +173,14 @@ class Questioning:
             self._ask(self._with_solver, is_last=True)
 
     def _truths(self, *, is_proof: bool) -> list[T]:
-        """Return the conditions of the open questions that a proof, or a run, answers."""
+        """Return the conditions of the open questions that a proof (or else a run) answers."""
         return [question.bad for question in self._open.values() if question.is_proof is is_proof]
 
     def _count_left(self) -> int:
         return len({question.key for question in self._open.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the open questions; questions about legs of a rung that may be dead wait for the next round."""
+        """Ask the open questions; those about legs of a possibly dead rung wait for the next round."""
         waiting: set[Rung] = set()
         self._remaining = len(self._open)
         for index, question in [*self._open.items()]:

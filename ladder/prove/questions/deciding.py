@@ -1,12 +1,11 @@
-"""Decides which conditions of a program can be true in a scan, with the cheapest method first.
+"""Decisions on which conditions of a program can be true in a scan, trying the cheapest method first.
 
-1. A few random scans make most of the possible conditions true.
-2. The solver finds the conditions that no state, reachable or not, and no input makes true.
-3. More random scans, and a run that the caller knows.
-4. Inductions of all remaining conditions at once, see `joint`.
-5. For each condition alone: a run that the compiled program confirms, or an induction with invariants.
+1. A few random scans make most of the possible conditions true. 2. The solver finds the conditions that no
+state, reachable or not, and no input makes true. 3. More random scans, and a run that the caller knows. 4.
+Inductions of all remaining conditions at once, see `joint`. 5. For each condition alone, a run that the
+compiled program confirms, or an induction with invariants.
 
-Proofs are valid for any values of numbers that nothing writes, so that no proof depends on a recipe. They
+Proofs are valid for any values of numbers that nothing writes, so no proof depends on a recipe. They
 assume the contracts of modules, as proofs of properties do.
 """
 
@@ -32,19 +31,19 @@ from ..solving.solver import SAT, Solver
 from ..system import ProgramSystem, System
 
 FIRST_SCANS, FEWEST_SCANS, SCANS, RESTART = 4, 30, 75, 15
-"""Random scans: before the solver is used, maximum for a large and for a small program, and per run."""
+"""Numbers of random scans: before using the solver, maximum for large and small programs, and per run."""
 
 QUIET = 20
-"""Random scans without a new result after which the solver decides the remaining conditions."""
+"""Number of random scans without a new result after which the solver decides the remaining conditions."""
 
 MANY_LANES = 4 * LANES
-"""Parallel runs of a program that is not large; they take little longer than fewer runs."""
+"""Number of parallel runs of a program that is not large; fewer would save little time."""
 
 MOST_TERMS = 10_000
-"""Maximum terms of a scan for which there are `MANY_LANES` parallel runs."""
+"""Maximum number of terms in a scan with `MANY_LANES` parallel runs."""
 
 MOST_COMPUTED = 1_000_000
-"""Maximum terms that all random scans compute; a large program still gets `FEWEST_SCANS`."""
+"""Maximum number of terms that all random scans compute; a large program still gets `FEWEST_SCANS`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +52,9 @@ class QuestionLimits:
 
     Attributes:
         each: limits for one question.
-        rule: the work for all questions of a rule, see `Solver`; later questions stay open.
-        states: maximum states of a question for which invariants are searched; twice as many take ten times
-            as long.
+        rule: work limit for all questions of a rule (see `Solver`); later questions stay open.
+        states: maximum number of states in a question that is searched for invariants; twice as many take ten
+            times as long.
     """
 
     each: Limits
@@ -68,7 +67,7 @@ class QuestionLimits:
 
 
 KnownRun = Callable[[Sequence[T]], set[T]]
-"""Returns the conditions, among some, that a known run makes true."""
+"""Returns which of the given conditions a known run makes true."""
 
 
 class TruthDecider:
@@ -76,12 +75,12 @@ class TruthDecider:
 
     Args:
         problem: a program.
-        limits: limits of the work; conditions that need more stay open.
-        rules: the rule of each condition, whose limit its work counts against.
+        limits: work limits; conditions that need more stay open.
+        rules: the rule of each condition; the work on a condition counts against its rule's limit.
 
     Attributes:
         system: the problem, in which all numbers that nothing writes are free.
-        possible: conditions that some scan of the system makes true.
+        possible: conditions that some scan makes true.
         impossible: the verdict on each condition that no scan makes true; `never` adds the certificates.
         impossible_held: conditions that no scan makes true while unwritten numbers keep their values.
         spent: the work so far, by rule.
@@ -107,7 +106,7 @@ class TruthDecider:
     # --- all conditions at once
 
     def scan_at_random(self, most: int = SCANS) -> None:
-        """Run random scans from power-up, up to a total number."""
+        """Run random scans from power-up until their total number reaches a limit."""
         self.possible |= self._random.scan(most)
 
     def find_impossible(self) -> None:
@@ -162,7 +161,7 @@ class TruthDecider:
             self.spent[self.rules[truth]] += 1 + work // len(truths)
 
     def _limits(self, *, held: bool) -> Limits:
-        """Return the limits of one condition; with free numbers, runs don't count, so the search is short."""
+        """Return one condition's limits; with free numbers, runs don't count, so the search is short."""
         limits = replace(self.limits.each, helped=False)
         return limits if held else replace(limits, scans=min(limits.scans, limits.k + 1), replays=False)
 
@@ -173,13 +172,13 @@ class TruthDecider:
     # --- one condition
 
     def known(self, t: T) -> VerdictKind:
-        """Return the verdict on a condition for any numbers, as far as it is known."""
+        """Return what is known about a condition, for any numbers that nothing writes."""
         if t in self.impossible:
             return VerdictKind.PROVED
         return VerdictKind.REFUTED if t in self.possible else VerdictKind.UNKNOWN
 
     def never(self, t: T) -> Verdict:
-        """Decide whether a condition never holds."""
+        """Decide whether a condition is never true."""
         if t in self.possible:
             return Verdict(VerdictKind.REFUTED)
         verdict = self.impossible.get(t)
@@ -194,7 +193,7 @@ class TruthDecider:
         return verdict
 
     def _certificates(self, t: T, k: int) -> tuple[Certificate, ...]:
-        """Return the certificates of a condition that an induction without invariants has proved."""
+        """Return the certificates for a condition that an induction without invariants has proved."""
         with self.system.narrowing([t]):
             certificate = Certificate.of(self.system, "what is asked", t, k)
         follows = self.system.follows
@@ -231,7 +230,7 @@ class TruthDecider:
 
         Args:
             free: conditions to be proved for any numbers.
-            held: conditions for which a run is searched.
+            held: conditions that a run is searched for.
         """
         saved = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
         self._with_invariants = True
@@ -254,7 +253,7 @@ class TruthDecider:
         return bool(found.found)
 
     def _gets_invariants(self, system: System, t: T) -> bool:
-        """Return whether states decide a condition, apart from contracts, but not too many of them."""
+        """Return whether some states, but not too many, decide a condition, not counting contracts."""
         contract, system.contract = system.contract, TRUE
         try:
             return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
@@ -282,7 +281,7 @@ def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
 
 
 class _RandomScans:
-    """Random scans of a system from power-up that keep the contracts of modules.
+    """Random scans of a system from power-up that satisfy the module contracts.
 
     Args:
         watched: the conditions to observe.
@@ -303,7 +302,7 @@ class _RandomScans:
         self._most = max(FEWEST_SCANS, min(SCANS, MOST_COMPUTED // (self._runs.size + 1)))
 
     def scan(self, most: int) -> set[T]:
-        """Run scans, up to a total number; return the conditions that some scan made true."""
+        """Run scans until their total reaches a limit; return the conditions that some scan made true."""
         while (
             self._scan_count < min(most, self._most)
             and self._scans_without_news < QUIET

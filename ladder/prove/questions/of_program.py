@@ -1,4 +1,4 @@
-"""The built-in questions of a program, as conditions on the values before a scan."""
+"""The built-in questions about a program, as conditions on the values before a scan."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..system import ProgramSystem
 from .asking import Question
 
 PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
-"""Instructions that by design pass power never, always, or for one scan."""
+"""Instructions that by design never pass power, always pass it, or pass it for one scan."""
 
 COILS = frozenset(("OTE", "OTL", "OTU"))
 
@@ -25,7 +25,7 @@ TIMED = frozenset(("TON", "TOF", "RTO", "CTU", "CTD", "CTUD", "TONR", "TOFR", "R
 
 
 def questions_of(problem: ProgramSystem, routines: Collection[str] | None = None) -> Iterator[Question]:
-    """Yield the built-in questions, in the order of the program.
+    """Yield the built-in questions, in program order.
 
     Args:
         routines: names of the routines to ask about, as in `LoweredProgram.routines`; None for all. Faults
@@ -92,7 +92,7 @@ def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Qu
 
 
 def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
-    """Yield questions about redundant legs, which have power only when another leg has power."""
+    """Yield questions about redundant legs, which have power only when another leg does."""
     if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
         return
     for number, leg in enumerate(branch.legs):
@@ -153,7 +153,7 @@ def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tup
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:
-    """Return the condition that a term is true, and would be true in a first scan after program mode."""
+    """Return the condition that a term is true and would be in a first scan after program mode."""
     names = {"S:FS[0]": TRUE}
     schedule = problem.lowered.schedule
     for program in () if schedule is None else schedule.programs:
@@ -190,7 +190,7 @@ def _faults(problem: ProgramSystem) -> Iterator[Question]:
 
 
 def _is_fixed(place: Any) -> bool:
-    """Return whether an operand is a single bit at a fixed place in the program."""
+    """Return whether an operand is a single bit of the program at a fixed place."""
     return (
         isinstance(place, Place)
         and not place.leaf.root

@@ -1,4 +1,4 @@
-"""Questions of a search: which states of contacts and coils can't be reached, and a run that reaches one.
+"""Questions for a search: which contact and coil states can't be reached, and a run that reaches one.
 
 | state | of a contact | of a coil or another output |
 |---|---|---|
@@ -50,14 +50,14 @@ LIMITS = Limits(scans=3, k=2, work=200_000, fuse=8_000, helped=False, replays=Fa
 """Limits for proving that one point is dead."""
 
 BUDGET = 30_000_000
-"""Limit of the work for all points of a program, see `Solver`."""
+"""Work limit for all points of a program; see `Solver`."""
 
 SEARCH = Limits(scans=60, k=0, work=4_000_000, fuse=64_000, helped=False, replays=False)
-"""Limits of the search for a run."""
+"""Limits for the search for a run."""
 
 
 def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
-    """Return each point of a program with its condition, in the order of the program."""
+    """Return each point of a program with its condition, in program order."""
     points: dict[RungPoint, T] = {}
     for step in problem.lowered.all_steps:
         passages = problem.machine.passages.get(step.site, ())
@@ -82,7 +82,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
     """Return the points that are proved unreachable, for any values of numbers that nothing writes.
 
     Args:
-        budget: limit of the work for all points; points that are undecided by then are not returned.
+        budget: work limit for all points; points that are undecided by then are not returned.
     """
     points = points_of(problem)
     dead = find_impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
@@ -95,7 +95,7 @@ def run_to(
     """Return a run whose last scan reaches a point; () if no run is found.
 
     Args:
-        start: an engine of the same program in the state where the run begins; None to begin at power-up.
+        start: an engine of the same program, in the state in which the run begins; None to begin at power-up.
 
     Raises:
         LadderError: the program has no such point.

@@ -1,4 +1,4 @@
-"""Jumps, calls, loops of calls and add-on instructions in a scan on terms."""
+"""Jumps, calls, calls in loops and add-on instructions in a scan on terms."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .steps import Answer, TermSteps
 from .symbols import UnmodeledError, term_of
 
 MOST_PASSES = 64
-"""Maximum passes of a loop with an unknown number of passes."""
+"""Maximum number of passes of a loop whose number of passes is unknown."""
 
 MOST_PASSES_OF_A_SCAN = 192
-"""Maximum passes of all such loops of a scan together."""
+"""Maximum total number of passes of such loops in a scan."""
 
 MOST_KNOWN_PASSES = 2048
-"""Maximum passes of any loop."""
+"""Maximum number of passes of any loop."""
 
 MOST_CALLS = 12
-"""Maximum nesting of calls."""
+"""Maximum nesting depth of calls."""
 
 _OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
 """Attributes that a call saves and restores."""
@@ -67,7 +67,7 @@ class TermCalls(TermSteps):
             self._line(line, inputs)
 
     def jump_to(self, power: T, label: str) -> T:
-        """Jump forward to a label where power holds."""
+        """Jump forward to a label where power is true."""
         if self._labels[label] <= self._number:
             raise UnmodeledError("a jump backwards")
         before = self._pending.get(label, FALSE)
@@ -75,17 +75,17 @@ class TermCalls(TermSteps):
         return self._leave(power)
 
     def return_from(self, power: T, values: tuple[Any, ...]) -> T:
-        """Return from the routine with results where power holds."""
+        """Return from the routine with results where power is true."""
         self.log.add(self._answers, (and_(self.active, power), values))
         return self._leave(power)
 
     def end_scan(self, power: T) -> T:
-        """End the scan where power holds."""
+        """End the scan where power is true."""
         self._ended = or_(self._ended, and_(self.active, power))
         return self._leave(power)
 
     def exit_loop(self, power: T) -> T:
-        """Leave the innermost loop where power holds."""
+        """Leave the innermost loop where power is true."""
         self._exits = or_(self._exits, and_(self.active, power))
         return self._leave(power)
 
@@ -94,22 +94,22 @@ class TermCalls(TermSteps):
         return FALSE
 
     def take_values(self, places: Sequence[Place | Group], values: Sequence[Any]) -> None:
-        """Set tags to arguments or results; surplus tags or values are ignored."""
+        """Set tags to arguments or results; extra tags or values are ignored."""
         for place, value in zip(places, values, strict=False):
             self.on_paths(partial(self.take, [place], [value]))
 
     def enter_with(self, power: T, places: Sequence[Place | Group]) -> T:
-        """Set the routine's parameters to its arguments where power holds."""
+        """Set the routine's parameters to its arguments where power is true."""
         with self.when(power):
             self.take_values(places, self.inputs)
         return power
 
     def values_of(self, operands: Sequence[Resolved]) -> tuple[Any, ...]:
-        """Return the values that are passed into a routine or out of it."""
+        """Return the values that are passed to or from a routine."""
         return tuple(map(self.value, operands))
 
     def call_with(self, power: T, call: Call) -> T:
-        """Call a routine where power holds, and take its results."""
+        """Call a routine where power is true, and store its results."""
         with self.when(power):
             if self.active is not FALSE:
                 results = self.call_routine(call.routine, self.values_of(call.inputs))
@@ -166,7 +166,7 @@ class TermCalls(TermSteps):
         return after
 
     def call_add_on_off(self, power: T, call: AddOnCall) -> T:
-        """Run a call as if the rung were false, where power holds."""
+        """Run a call as if the rung were false, where power is true."""
         with self.when(power):
             return and_(power, self.call_add_on(FALSE, call))
 
@@ -178,13 +178,13 @@ class TermCalls(TermSteps):
         self.on_paths(put)
 
     def _run_add_on(self, call: AddOnCall, routine: str) -> None:
-        """Run a routine on the instance and the arguments of a call."""
+        """Run a routine with the instance and arguments of a call."""
         with self._within(call):
             self.call_routine(routine, ())
 
     @contextmanager
     def _within(self, call: AddOnCall) -> Iterator[None]:
-        """Run the body on the instance and the arguments of a call."""
+        """Run the body of the `with` with the instance and arguments of a call."""
         frames: list[dict[str, Any]] = []
 
         def add_frame() -> None:

@@ -33,7 +33,7 @@ class TermCopies(TermPlaces):
             self._copy_bytes(source, target, length)
 
     def fill(self, target: End, length: Any, value: Any) -> None:
-        """Set each member of the elements to the value, up to the end of the array."""
+        """Set each member of the elements to a value, up to the end of the array."""
         store, region, first = target
         count = self._least(length, region.left(first, store))
         for number in range(_most(count, region)):
@@ -103,7 +103,7 @@ class TermCopies(TermPlaces):
         self.put_bytes(target_store, target_region, target_first, count, data)
 
     def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
-        """Write a value of an element, under the condition that its number is below the count."""
+        """Write a value of an element, on condition that the element's number is below the count."""
         if isinstance(count, TermSymbol) and number >= count.t.lo:
             old_value = store.read(leaf, index)
             kind = kind_of(leaf.type)[0]
@@ -133,7 +133,7 @@ def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
 
 
 def _most(count: Any, region: ArrayRegion) -> int:
-    """Return the maximum value of a count of elements."""
+    """Return the maximum value that an element count can have."""
     most: int = count.t.hi if isinstance(count, TermSymbol) else count
     if most * len(region.parts) > MOST_COPIED:
         raise UnmodeledError(f"a copy of {most} elements of {len(region.parts)} values")

@@ -1,4 +1,4 @@
-"""Faults of a scan on terms: minor faults set flags under conditions, major faults end a path."""
+"""Faults in a scan on terms. Minor faults set flags under conditions; major faults end a path."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class TermFaults:
     """The fault log of a scan on terms.
 
     Attributes:
-        minor: the conditions of overflows, zero divisors and other minor faults, by instruction and kind.
+        minor: conditions for overflows, zero divisors and other minor faults, by instruction and kind.
     """
 
     def __init__(self, values: TermScan) -> None:
@@ -27,7 +27,7 @@ class TermFaults:
         return self._values.symbol(self._values.paths.overflows)
 
     def overflow_if(self, t: T, kind: str = "overflow") -> None:
-        """Note an overflow where a condition holds."""
+        """Note an overflow where a condition is true."""
         if t is FALSE:
             return
         values = self._values
@@ -38,7 +38,7 @@ class TermFaults:
         self._note(t, kind)
 
     def zero_divisor_if(self, t: T) -> None:
-        """Note a zero divisor where a condition holds."""
+        """Note a zero divisor where a condition is true."""
         self.overflow_if(t, "zero divisor")
 
     def _note(self, t: T, kind: str) -> None:
@@ -72,7 +72,7 @@ class TermFaults:
     subscript = negative_timer = negative_control = major
 
     def jumped_back(self, _site: int, _times: int = 1) -> None:
-        """Do nothing: the number of passes is limited separately."""
+        """Do nothing, because the number of passes is limited separately."""
 
     def __getattr__(self, name: str) -> Any:
         raise UnmodeledError(f"the fault log is used by its {name}")

@@ -1,9 +1,9 @@
-"""One scan of a program on terms: the interpreter's rows, forked inside an instruction and merged after it.
+"""One scan of a program on terms: the interpreter's rows fork inside an instruction and merge after it.
 
-`ScanMachine` is an interpreter that computes with terms. Power is a term, and so is `active`: whether a place
-in the program is reached. A row that only reads and writes through the machine runs unchanged. A row that
-jumps, calls or loops has `Spec.prove`. Any other instruction is a havoc: each place that it may write gets a
-new variable, which may have any value.
+`ScanMachine` is an interpreter that computes with terms. Power is a term, and so is `active`, which is
+whether a place in the program is reached. A row that only reads and writes through the machine runs
+unchanged. A row that jumps, calls or loops has `Spec.prove`. Any other instruction is a havoc: each place
+that it may write gets a new variable, which may have any value.
 
 If `ends` is true, a major fault ends the scan: tags keep their values at that point, and no scan follows. If
 it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation may
@@ -47,8 +47,8 @@ class ScanMachine(TermCalls):
         written: the places that the scan may write.
         unmodeled: variables of values that are not modeled, with the instruction that writes them.
         cut: each instruction that is not modeled, with its name and the reason.
-        faults: numbers of instructions, each with the condition of a major fault.
-        stops: the condition that any of these faults stops the processor.
+        faults: the condition for a major fault of each instruction, by number.
+        stops: the condition under which any of these faults stops the processor.
         origins: the functions of the variables in `unmodeled`.
         deep: the condition under which the relation does not follow the program.
     """
@@ -83,7 +83,7 @@ class ScanMachine(TermCalls):
             self._task(schedule.continuous)
 
     def _is_due(self, task: ScheduledTask) -> T:
-        """Return the condition that a task runs; a periodic task must if the scan took its period."""
+        """Return the condition under which a task runs; a periodic one must if the scan took its period."""
         if task.task.kind is TaskKind.EVENT:
             pending = self.value_here(task.pending, 0)
             self.poke(task.pending, 0, FALSE)
@@ -97,7 +97,7 @@ class ScanMachine(TermCalls):
         return or_(may_run, le(period, self.dt))
 
     def _task(self, task: ScheduledTask) -> None:
-        """Run the programs of a task; S:FS is set in the first scan of each."""
+        """Run the programs of a task; S:FS is set in each program's first scan."""
         first = self.lowered.layout.leaf("S:FS")
         self.scheduler.period_ns = task.task.rate_ns  # type: ignore[union-attr]
         for program in task.programs:
@@ -132,7 +132,7 @@ class ScanMachine(TermCalls):
         self.active = or_(ends, self._body_where(last, arms.otherwise, inputs))
 
     def _body_where(self, active: T, body: Body, inputs: Sequence[Any]) -> T:
-        """Run statements where a condition holds; return the condition that their end is reached."""
+        """Run statements where a condition is true; return the condition that they reach their end."""
         self.active = active
         self._body(body, inputs)
         return self.active
@@ -181,7 +181,7 @@ class ScanMachine(TermCalls):
         return leaving
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
-        """Evaluate the selector of a CASE; None if it is not modeled, then any branch may run."""
+        """Evaluate a CASE selector; return None if it is not modeled, so that any branch may run."""
         self.selected: Any = None
         chosen: list[Any] = []
 
@@ -205,7 +205,7 @@ class TermScheduler:
         self._machine = machine
 
     def trigger(self, task: ScheduledTask) -> None:
-        """Make an event task due; if it already is, an overlap may be counted."""
+        """Make an event task due; if it is already due, an overlap may be counted."""
         machine = self._machine
         counted, width = machine.value_here(task.overlaps, 0), task.overlaps.type.wraps
         missed = ite(machine.value_here(task.pending, 0), wrap(add(counted, const(1)), width), counted)

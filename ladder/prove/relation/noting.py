@@ -18,7 +18,7 @@ class Passage(NamedTuple):
 
     @property
     def before(self) -> T:
-        """The condition that power reaches it."""
+        """The condition under which power reaches the instruction."""
         return and_(self.active, self.power)
 
 

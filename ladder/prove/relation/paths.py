@@ -1,4 +1,4 @@
-"""Paths through the Python code of one instruction: they fork at each decision, and merge after it."""
+"""Paths through the Python code of an instruction, which fork at each decision and merge at the end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .places import Key
 from .symbols import UnmodeledError, term_of
 
 MOST_PATHS = 256
-"""Maximum number of paths of one instruction."""
+"""Maximum number of paths through one instruction."""
 
 MOST_DECISIONS = 64
 """Maximum number of decisions on one path."""
@@ -25,7 +25,7 @@ class PathFault(Exception):  # noqa: N818 - control flow, not an error
 
 @dataclass(slots=True)
 class Path:
-    """A path: its decisions, its writes and its result."""
+    """A path with its decisions, writes and result."""
 
     decided: list[tuple[T, bool]] = field(default_factory=list)
     written: dict[Key, T] = field(default_factory=dict)
@@ -45,9 +45,9 @@ class Paths:
         self._unknown_count = 0  # unknown values of this path
 
     def unknown(self, kind: Hashable, create: Callable[[], T]) -> T:
-        """Return an unknown value. On a path, all paths share the value at this position.
+        """Return an unknown value. On a path, the value at this position is shared by all paths.
 
-        Paths exclude each other, so that they may share values. They must share them, because each path
+        Paths exclude each other, so they may share values. They must share them, because each path
         repeats the decisions of the previous path with the same terms.
 
         Args:
@@ -63,7 +63,7 @@ class Paths:
         return self._unknowns[position]
 
     def decide(self, t: T) -> bool:
-        """Decide a condition on this path: as planned by `walk`, or true if it is new."""
+        """Decide a condition on this path as `walk` planned, or as true if the condition is new."""
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
@@ -127,7 +127,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
     """Return the value of the path that is taken.
 
     Args:
-        all_: whether the values of faulting paths count; otherwise values of other paths may replace them.
+        all_: whether the values of faulting paths count; if not, values of other paths may replace them.
     """
     counted = paths if all_ else [path for path in paths if not path.faulted]
     return _merged(counted or paths[:1], value, 0)
@@ -144,7 +144,7 @@ def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
 
 
 def faults_of(paths: list[Path]) -> T:
-    """Return the condition that the path that is taken faults."""
+    """Return the condition that the taken path faults."""
     return any_of(_condition_of(path.decided) for path in paths if path.faulted)
 
 

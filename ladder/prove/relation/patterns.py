@@ -1,6 +1,6 @@
-"""Bytes of terms, for copies between types: each byte is a known byte of a known value, or unknown.
+"""Bytes of terms, for copies between types. Each byte is either a known byte of a known value or unknown.
 
-A value that is copied whole to a place of its own type stays the same term. Otherwise the new value is
+A value that is copied whole to a place of the same type stays the same term. Otherwise the new value is
 composed of bytes. Three kinds of bytes and bits are unknown: bytes of a float that are copied to another
 type, bytes in gaps between members, and bits without a member in a byte of BOOL members. An earlier copy may
 have set the last two kinds.
@@ -24,10 +24,10 @@ class Unknowns(Protocol):
     """Makes variables for bytes that have no terms."""
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
-        """Return a new variable of a kind and an interval."""
+        """Return a new variable with a kind and an interval."""
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the variable for a computation; the same variable for equal operands."""
+        """Return the variable for a computation, which is the same for equal operands."""
 
 
 class Byte(NamedTuple):
@@ -44,7 +44,7 @@ class Bits(NamedTuple):
 
 
 Pattern = list[Byte | Bits | None]
-"""Bytes; None in a gap."""
+"""Bytes; None for a gap."""
 
 
 def constant_bytes(data: bytes) -> Pattern:
@@ -53,7 +53,7 @@ def constant_bytes(data: bytes) -> Pattern:
 
 
 def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
-    """Write a value into bytes at its field."""
+    """Write a field's value into bytes."""
     if field.bit is not None:
         known = into[offset]
         truths = list(known.truths if isinstance(known, Bits) else (None,) * 8)
@@ -65,7 +65,7 @@ def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
 
 
 def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknowns: Unknowns) -> T:
-    """Return the value of a field in bytes."""
+    """Return the value of a field, read from bytes."""
     if field.bit is not None:
         return _bit_of(cells[offset], field.bit, unknowns)
     kind, count = field.type, max(1, field.type.bits // 8)
@@ -86,7 +86,7 @@ def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unkno
 
 
 def _slice_of(cells: Sequence[Byte | Bits | None]) -> Byte | None:
-    """Return the first byte if the bytes are consecutive bytes of one value, else None."""
+    """Return the first byte if all bytes are consecutive bytes of one value, else None."""
     first = cells[0]
     if not isinstance(first, Byte) or first.t.op == "const":
         return None
@@ -109,7 +109,7 @@ def _float(
 
 
 def _joined(cells: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
-    """Return the float that bytes form: the same variable for the same bytes of the same values."""
+    """Return the float that bytes form, which is the same variable for the same bytes."""
     known_bytes = [byte for byte in cells if isinstance(byte, Byte)]
     if len(known_bytes) < len(cells):
         return unknowns.unknown(*kind_of(kind))

@@ -1,4 +1,4 @@
-"""Places of a program on terms: its memory, and arguments of add-on instructions."""
+"""Places of a program on terms, in its memory and in arguments of add-on instructions."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ..algebra.terms import T, const, interval_of, ite
 from .symbols import TermScan, TermSymbol, UnmodeledError, term_of
 
 Key = tuple[str, int]
-"""A place: the path of the leaf in capitals, and the flat index."""
+"""A place, given by the path of its leaf in capitals and its flat index."""
 
 CLOCK = "~LAST_NS"
-"""Path suffix of a hidden member with an instant; its term is the time since this instant, in ms."""
+"""Path suffix of a hidden member for an instant; its term is the time since then, in ms."""
 
 AGE = 1 << 32
-"""Maximum time since an instant in a term, in ms: more than any timer counts."""
+"""Maximum time since an instant in a term, in ms; it is longer than any timer counts."""
 
 
 def name_of(key: Key) -> str:
@@ -65,10 +65,10 @@ class TermMemory:
             self._values.poke(leaf, element, term_of(value), eq(number, const(k)))
 
     def column(self, *_target: object) -> None:
-        """Return None: terms are not in a list."""
+        """Return None, because terms are not in a list."""
 
     def bytes_at(self, *_target: object) -> None:
-        """Return None: terms are not bytes."""
+        """Return None, because terms are not bytes."""
 
     def bit_of(self, word: Any, number: Any) -> Any:
         """Return a bit of a word."""
@@ -109,7 +109,7 @@ def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
 
 
 def chosen(values: list[T], number: T) -> T:
-    """Return the value that a number selects; the number is always in range."""
+    """Return the value that a number, which is always in range, selects."""
     k = 0
     while len(values) > 1:
         truth = bit(number, k)

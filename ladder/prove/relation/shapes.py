@@ -1,4 +1,4 @@
-"""Comparable forms of parts of programs: equal forms mean equal parts, independent of their location.
+"""Comparable forms of program parts; equal forms mean equal parts, regardless of location.
 
 A part of an unknown kind equals only itself.
 """
@@ -39,11 +39,11 @@ _OWN: Mapping[type, tuple[str, ...]] = {
     LoweredStep: ("spec", "operands"),
     LoweredLine: ("nodes",),
 }
-"""Attributes that are compared; the place in the text and the layout are not among them."""
+"""Attributes that are compared, not including position in the text and layout."""
 
 
 def form_of(lowered: LoweredProgram) -> Hashable:
-    """Return the form of everything that a program executes, without its tags."""
+    """Return the form of everything that a program executes, not including tags."""
     routines = tuple(sorted((name, _routine(routine)) for name, routine in lowered.routines.items()))
     frames = shape_of(
         {name: (frame.presets, frame.written, frame.bits) for name, frame in lowered.frames.items()}
@@ -65,7 +65,7 @@ def _routine(routine: LoweredRoutine) -> Hashable:
 
 
 def world_of(lowered: LoweredProgram) -> Hashable:
-    """Return the form of a program's surroundings: its name, tasks, stubs and connections."""
+    """Return the form of what surrounds a program: its name, tasks, stubs and connections."""
     schedule = lowered.schedule
     tasks = () if schedule is None else tuple(_task(scheduled.task) for scheduled in schedule.tasks)
     return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))

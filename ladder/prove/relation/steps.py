@@ -1,4 +1,4 @@
-"""Instructions of a scan on terms: runs the interpreter's row or `Spec.prove`; otherwise a havoc.
+"""Instructions in a scan on terms; each runs `Spec.prove` or the interpreter's row, or is a havoc.
 
 Each instruction is a transaction. If its row can't run on terms, all its effects are undone: values, jumps,
 results, faults, notes, and the effects of the instructions that it called. Then every place that it may write
@@ -37,13 +37,13 @@ _READ_NAMES = (
 )
 
 _READ = frozenset(Use[name] for name in _READ_NAMES.split(" "))
-"""Uses of operands that an instruction does not write."""
+"""Uses in which an instruction does not write its operand."""
 
 _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".LEN",)}
-"""Members of an operand, by its use, that an instruction only reads."""
+"""Members that an instruction only reads, by the use of the operand."""
 
 _ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
-"""Instructions that write other places than their operands."""
+"""Instructions that write places other than their operands."""
 
 _BESIDE = {"MCR": OVERRIDE}
 """Status flags that an instruction writes besides its operands."""
@@ -52,7 +52,7 @@ _OF_STEP = (
     *("active", "site", "frame", "inputs", "deep", "_ended", "_exits", "_passes", "_number", "_depth"),
     *("_labels", "_pending", "_answers", "stops", "faulted"),
 )
-"""Attributes that a row may change besides places and notes; undoing a row restores them."""
+"""Attributes, besides places and notes, that a row may change and that undoing it restores."""
 
 _FLOW = ("_ended", "_exits", "_pending", "_answers")
 """Attributes in `_OF_STEP` that redirect the scan."""
@@ -66,7 +66,7 @@ REFUSED = (
     ArithmeticError,
     RecursionError,
 )
-"""Exceptions of a row that has no terms."""
+"""Exceptions from a row that can't run on terms."""
 
 
 Answer = tuple[T, tuple[Any, ...]]
@@ -113,7 +113,7 @@ class TermSteps(TermValues):
     def _attempt(
         self, step: LoweredStep, power: T, row: Callable[[], Any]
     ) -> tuple[Any, UnknownOrigin | None]:
-        """Run a step as a transaction; if its row has no terms, undo it and havoc its places.
+        """Run a step as a transaction; if its row can't run on terms, undo it and havoc its places.
 
         Returns:
             The result of the row and None; if it is refused, None and the origin of the unknown values.
@@ -161,7 +161,7 @@ class TermSteps(TermValues):
 
     @contextmanager
     def when(self, power: T) -> Iterator[None]:
-        """Run the body where power holds."""
+        """Run the body where power is true."""
         active_before = self.active
         self.active = and_(active_before, power)
         try:
@@ -170,21 +170,21 @@ class TermSteps(TermValues):
             self.active = self._going_on(active_before)
 
     def _going_on(self, t: T) -> T:
-        """Narrow a condition to where the scan continues after the current place."""
+        """Narrow a condition to cases in which the scan continues after the current place."""
         return and_(t, not_(or_(self._ended, self.faulted)))
 
     def _acting(self, step: LoweredStep, power: T) -> T:
-        """Return the condition that a step acts if it is reached."""
+        """Return the condition under which a step acts when it is reached."""
         return TRUE if _acts_without_power(step) else power
 
     def _refused(
         self, step: LoweredStep, power: T, why: Exception, undone: set[Key], *, moved: bool = False
     ) -> UnknownOrigin:
-        """Make every place that a step may write unknown, and allow it to fault; return its origin.
+        """Make every place that a step may write unknown, and allow a fault; return the origin.
 
         Args:
-            undone: places that it had written before it was refused.
-            moved: whether it had redirected the scan.
+            undone: places that the step had written before it was refused.
+            moved: whether the step had redirected the scan.
         """
         self.log.add(self.cut, (self.lowered.sites[step.site], step.name, str(why)))
         origin = self._origin(step, power)
@@ -210,7 +210,7 @@ class TermSteps(TermValues):
         return after if step.spec.decides else and_(power, after)
 
     def _origin(self, step: LoweredStep, power: T) -> UnknownOrigin:
-        """Return the origin of the unknown results of a refused step, with all arguments that decide them."""
+        """Return the origin of a refused step's unknown results, with all arguments that decide them."""
         leaves = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
         if self._system is None:
             self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
@@ -285,7 +285,7 @@ def may_fault(step: LoweredStep) -> bool:
 
 
 def _leaves_array(operand: Any) -> bool:
-    """Return whether a subscript of an operand may be out of range, as may any element of an argument."""
+    """Return whether a subscript may be out of range, as it may for any element of an array argument."""
     if isinstance(operand, (Place, Group)):
         relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
         return relative or can_fault(operand)
@@ -303,5 +303,5 @@ def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
 
 
 def _is_plain(operand: object) -> bool:
-    """Return whether an instruction can write only the named tags through an operand; not for a routine."""
+    """Return whether an instruction can write only the tags that an operand names; not for a routine."""
     return isinstance(operand, (Place, Group, Constant, Calculation, StringConstant, str))

@@ -1,9 +1,9 @@
 """Places of a scan on terms: reading, writing, unknown values, and the paths of an instruction.
 
-`value_here` reads a term that is simplified under the condition that the current instruction is reached; it
-is wrong elsewhere. `_kept` has the stored terms, which are right everywhere. Only `_assign` changes stored
-terms, and it keeps the old term where the instruction is not reached. Therefore a simplified term is never
-stored where it is wrong.
+`value_here` reads a term that is simplified under the condition that the current instruction is reached, so
+the term is wrong elsewhere. `_kept` has the stored terms, which are right everywhere. Only `_assign` changes
+stored terms, and it keeps the old term where the instruction is not reached. Therefore a simplified term is
+never stored where it is wrong.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from .undo import UndoLog
 from .unknowns import ONLY, UnknownOrigin
 
 MOST_FACTS = 64
-"""Maximum number of conditions that are known to be true at a place in the program."""
+"""Maximum number of conditions known to be true at a place in the program."""
 
 MOST_OPEN = 4096
 """Maximum number of elements of a leaf that are arguments of instructions without a model."""
 
 Lost = tuple[T, Site]
-"""The condition that a leaf's elements beyond `MOST_OPEN` became unknown, and the instruction to blame."""
+"""When a leaf's elements beyond `MOST_OPEN` became unknown (a condition), and the instruction to blame."""
 
 
 class TermPlaces(Interpreter):
@@ -88,20 +88,20 @@ class TermPlaces(Interpreter):
 
     @property
     def most_age(self) -> int:
-        """Maximum time since an instant that a term shows, in ticks."""
+        """Maximum time since an instant that a term can have, in ticks."""
         return AGE * (1_000_000 // self.tick_ns)
 
     @property
     def now_ns(self) -> int:
-        """Raise UnmodeledError: proofs have no absolute time, only `start_clock` and `elapsed`."""
+        """Raise UnmodeledError, because proofs have no absolute time, only `start_clock` and `elapsed`."""
         raise UnmodeledError("the clock is read")
 
     @now_ns.setter
     def now_ns(self, _value: int) -> None:
-        """Ignore the time that is set."""
+        """Ignore an assigned time."""
 
     def symbol(self, t: T) -> Any:
-        """Return a term as a number that rows can use; a constant as its value."""
+        """Return a term as a number that rows can use, and a constant as its value."""
         return t.val if t.op == "const" else TermSymbol(t, self.paths.decide)
 
     def value_here(self, leaf: Leaf, index: int) -> T:
@@ -128,7 +128,7 @@ class TermPlaces(Interpreter):
         return t
 
     def _facts(self) -> frozenset[int]:
-        """Return the ids of conditions that hold where the current instruction is reached."""
+        """Return the ids of conditions that are true where the current instruction is reached."""
         if self._facts_of is not self.active:
             todo, facts = [self.active], set[int]()
             while todo and len(facts) < MOST_FACTS:
@@ -159,7 +159,7 @@ class TermPlaces(Interpreter):
         put(self._kept, key, current)
 
     def _assign(self, key: Key, condition: T, t: T) -> None:
-        """Set a place where the current instruction is reached and `condition` holds; keep it elsewhere."""
+        """Set a place where the instruction is reached and `condition` is true; keep it elsewhere."""
         self.log.put(self._kept, key, ite(and_(self.active, condition), t, self._kept[key]))
 
     def havoc(self, leaf: Leaf, origin: UnknownOrigin = ONLY) -> None:
@@ -177,7 +177,7 @@ class TermPlaces(Interpreter):
             self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
 
     def elements_in_use(self, leaf: Leaf) -> list[int]:
-        """Give each element of a leaf up to `MOST_OPEN` a variable; return the elements that have one."""
+        """Create variables for a leaf's elements up to `MOST_OPEN`; return the elements that have one."""
         for index in range(min(leaf.size, MOST_OPEN)):
             self.value_here(leaf, index)
         return self._in_use.get(leaf.path.upper(), [])
@@ -188,7 +188,7 @@ class TermPlaces(Interpreter):
         return sorted(self._lost)
 
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
-        """Set a place to a value of its type where the guard holds."""
+        """Set a place to a value of its type where the guard is true."""
         key = leaf.path.upper(), index
         present = self.value_here(leaf, index)
         self.log.put(self.written, key, True)
@@ -225,7 +225,7 @@ class TermPlaces(Interpreter):
         store.write(place.leaf, index, value)
 
     def subscript(self, index: Resolved, length: Any, tag: str) -> Any:
-        """Return a subscript or bit number; fault unless it is from 0 to below `length`."""
+        """Return a subscript or bit number; fault unless it is at least 0 and less than `length`."""
         value: Any = self.integer(index)
         if not isinstance(value, TermSymbol) and not isinstance(length, TermSymbol):
             if not 0 <= value < length:
@@ -237,7 +237,7 @@ class TermPlaces(Interpreter):
         return self.symbol(_below(term, most.hi))
 
     def start_clock(self, since: Place) -> None:
-        """Begin to measure the time in a hidden place."""
+        """Begin to measure time in a hidden place."""
         self.put(since, 0)
 
     def elapsed(self, since: Place, unit_ns: int) -> Any:
@@ -262,7 +262,7 @@ class TermPlaces(Interpreter):
         return self._noted(symbol, origin, self.lowered.sites[self.site])
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the unknown result of a computation; the same operands give the same result.
+        """Return the unknown result of a computation, which is the same for the same operands.
 
         Args:
             name: identifies the computation.
@@ -293,11 +293,11 @@ class TermPlaces(Interpreter):
     # --- paths
 
     def on_paths(self, run: Callable[[], Any]) -> T:
-        """Run on every path and write what the paths write; return the result as a condition."""
+        """Run a function on every path and write what they write; return the result as a condition."""
         return merged(self.merge_paths(run), result_of)
 
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
-        """Run on every path and write what they write; return the paths."""
+        """Run a function on every path and write what the paths write; return the paths."""
         paths = self.paths.walk(run)
         self.write_paths(paths)
         bad = faults_of(paths)
@@ -307,7 +307,7 @@ class TermPlaces(Interpreter):
         return paths
 
     def stop(self, bad: T) -> None:
-        """Stop the processor where a condition holds; if `ends`, the scan ends there."""
+        """Stop the processor where a condition is true; if `ends`, the scan ends there."""
         stopped = and_(self.active, bad)
         self.stops = or_(self.stops, stopped)
         if self.ends:
@@ -331,6 +331,6 @@ def _no_python(name: str, _inputs: object) -> Any:
 
 
 def _below(t: T, most: int) -> T:
-    """Return a number, known to be from 0 to below a limit, as a term with such an interval."""
+    """Return a number known to be at least 0 and below `most` as a term with a suitable interval."""
     mask = (1 << max(0, most - 1).bit_length()) - 1
     return t if t.lo >= 0 and t.hi <= mask else bitop("band", t, const(mask))

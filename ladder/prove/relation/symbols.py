@@ -1,4 +1,4 @@
-"""Symbolic numbers that the Python code of instructions can compute with.
+"""Symbolic numbers with which the Python code of instructions can compute.
 
 A `TermSymbol` behaves like a Python number: its operators return symbols, or numbers where the result is
 constant. The machine decides its truth, one path after another. Uses that need an actual number, such as
@@ -26,7 +26,7 @@ Decide = Callable[[T], bool]
 
 
 class UnmodeledError(Exception):
-    """Raised if an instruction has no terms; the places that it may write become unknown."""
+    """Raised if an instruction can't run on terms; the places that it may write become unknown."""
 
 
 class TermScan(Protocol):
@@ -44,7 +44,7 @@ class TermScan(Protocol):
         """Return the term of a place where the current instruction is reached."""
 
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
-        """Set a place where the guard holds."""
+        """Set a place where the guard is true."""
 
     def here(self) -> T:
         """Return whether the current path is taken."""
@@ -58,7 +58,7 @@ def truth_of(t: T) -> T:
 
 
 def whole_of(t: T) -> T:
-    """Return a Boolean as 0 or 1; a whole number unchanged."""
+    """Return a Boolean as 0 or 1, and a whole number unchanged."""
     if t.kind in FLOATS:
         raise UnmodeledError("a floating-point number where a whole one is needed")
     return b2i(t) if t.kind == BOOL else t
@@ -80,7 +80,7 @@ def term_of(value: Any, kind: str | None = None) -> T:
 
 
 def alike(a: Any, b: Any) -> tuple[T, T]:
-    """Return the terms of two numbers in a common kind: whole, or a float kind that holds both."""
+    """Return the terms of two numbers in a common kind, whole or a float kind that can represent both."""
     float_kinds = {_kind(a), _kind(b)} - {INT, BOOL}
     kind = INT
     if float_kinds:
@@ -263,7 +263,7 @@ def _difference(a: T, b: T) -> T:
 
 
 def _wrapped(a: T, b: T) -> T | None:
-    """Recognize ((x + half) & (2 * half - 1)) - half of `arithmetic.wrap`; return the low bits of x."""
+    """Recognize ((x + half) & (2 * half - 1)) - half from `arithmetic.wrap`; return the low bits of x."""
     if b.op != "const" or b.val >= 0 or a.op != "band" or a.args[1].op != "const":
         return None
     half, mask = -b.val, a.args[1].val

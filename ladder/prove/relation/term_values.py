@@ -1,4 +1,4 @@
-"""Computes, compares and converts values in a scan on terms; see `interpreter.place_values`."""
+"""Computing, comparing and converting values in a scan on terms; see `interpreter.place_values`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class TermValues(TermCopies):
     # --- conversions of rows
 
     def whole(self, value: Any) -> Any:
-        """Return a number truncated to an integer; a Boolean as 0 or 1."""
+        """Return a number truncated to an integer, or a Boolean as 0 or 1."""
         if not isinstance(value, TermSymbol):
             return int(value)
         if value.t.kind in FLOATS:
@@ -119,7 +119,7 @@ class TermValues(TermCopies):
         return WHOLE[name](*terms)
 
     def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
-        """Return the low bits of a result; if bits are lost, note an overflow where the guard holds."""
+        """Return the low bits of a result; if bits are lost, note an overflow where the guard is true."""
         result = wrap(exact, width)
         self.overflow_if(and_(guard, not_(eq(result, exact))))
         return result
@@ -145,7 +145,7 @@ class TermValues(TermCopies):
         raise UnmodeledError(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
-        """Note an overflow where a condition holds."""
+        """Note an overflow where a condition is true."""
         self.fault_log.overflow_if(t)  # type: ignore[attr-defined]
 
     def store(self, place: Place, value: Any) -> None:
@@ -174,7 +174,7 @@ class TermValues(TermCopies):
         return stored
 
     def _rounded_to(self, t: T, kind: Elementary) -> tuple[T, T]:
-        """Return a float as an integer of a type, and whether it does not fit.
+        """Return a float as an integer of a type, and whether it fails to fit.
 
         The low bits of a large REAL are 0. The low bits of a large LREAL are unknown, and so are the upper
         bits of a large REAL as a LINT.
@@ -271,7 +271,7 @@ class TermValues(TermCopies):
         return value
 
     def condition(self, condition: Resolved) -> Any:
-        """Return the value of a condition; all of its parts are computed."""
+        """Return the value of a condition, with no short-circuit evaluation."""
         if not isinstance(condition, Calculation):
             return super().condition(condition)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):

@@ -1,4 +1,4 @@
-"""Strings of a scan on terms: a length up to the size of DATA, and a term for each character.
+"""Strings in a scan on terms, with a length up to the size of DATA and a term for each character.
 
 A `TermText` supports the operations of `bytes` that string instructions use: join, slice, compare, find.
 """
@@ -20,7 +20,7 @@ MOST_COMPARED = 2048
 """Maximum number of characters that a search compares."""
 
 Make = Callable[[T], Any]
-"""Makes a number that rows can use from a term."""
+"""Makes a term into a number that rows can use."""
 
 NONE = const(0)
 
@@ -37,7 +37,7 @@ class TermText:
 
     @classmethod
     def of(cls, make: Make, value: Any) -> TermText:
-        """Return known characters as a text; a text unchanged."""
+        """Return known characters as a text, and a text unchanged."""
         return value if isinstance(value, TermText) else cls(make, const(len(value)), list(map(const, value)))
 
     def __len__(self) -> Any:
@@ -185,11 +185,11 @@ def digits(make: Make, value: Any) -> TermText:
 
 
 FAR = 10**20
-"""Limit of numbers that are read in texts, above every integer type."""
+"""Limit for numbers read from texts, above the range of every integer type."""
 
 
 def number_in(text: TermText) -> tuple[T, T]:
-    """Return the first whole number in a text, or 0, and the condition that it is exact: below FAR."""
+    """Return the first whole number in a text, or 0, and the condition that it is exact (below FAR)."""
     value, negative, has_begun, is_over = const(0), FALSE, FALSE, FALSE
     previous = NONE
     for place, code in enumerate(text.codes):

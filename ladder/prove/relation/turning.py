@@ -1,8 +1,8 @@
-"""Prescan between two scans, on terms: after program mode, or at a start with retained tags.
+"""Prescan on terms between two scans, after program mode or at a start with retained tags.
 
 `state` still has the values after the scan. `before_next` returns the values at the beginning of the next
-scan, after a prescan if there is one. Prescan skips instructions with a subscript out of range, as in the
-interpreter.
+scan, after a prescan if there is one. As in the interpreter, prescan skips instructions with a subscript out
+of range.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .stored import Lost
 from .symbols import UnmodeledError
 
 Begun = Callable[[Key, T], T]
-"""Returns the value of a place when prescan begins, from the place and the value that the scan left."""
+"""Returns the value of a place when prescan begins, given the place and its value after the scan."""
 
 
 def as_left(_key: Key, t: T) -> T:
@@ -49,11 +49,13 @@ class TurningMachine(ScanMachine):
         self._scanned: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
 
     def turn_key(self, condition: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
-        """Prescan after the scan where a condition holds.
+        """Prescan after the scan where a condition is true.
 
         Args:
-            begins: returns the value of a place before prescan, which it keeps if prescan does not write it.
-            reads: returns the value that prescan reads there, which may have been written from outside.
+            begins: returns the value of a place before prescan; the place keeps it if prescan does not write
+            it.
+            reads: returns the value that prescan reads from a place, which may have been written from
+            outside.
         """
         self._scanned, faults = (self._kept, self.written, self._lost), self.faults
         self._begins, self._reads, self._turns = begins, reads, True
@@ -114,7 +116,7 @@ class TurningMachine(ScanMachine):
         self.log.put(self._kept, key, value)
 
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
-        """Run on every path; in prescan, a subscript out of range ends a path without a fault."""
+        """Run a function on every path; in prescan, a bad subscript ends a path without a fault."""
         if not self._turns:
             return super().merge_paths(run)
         paths = self.paths.walk(run)
@@ -125,7 +127,7 @@ class TurningMachine(ScanMachine):
         return paths
 
     def stop(self, bad: T) -> None:
-        """Stop the processor where a condition holds, but not in prescan."""
+        """Stop the processor where a condition is true, but not in prescan."""
         if not self._turns:
             super().stop(bad)
 
@@ -136,7 +138,7 @@ class TurningMachine(ScanMachine):
             raise UnmodeledError("a parameter with a computed subscript, in prescan")
 
     def start_clock(self, since: Place) -> None:
-        """Begin to measure the time in a hidden place; do nothing in prescan."""
+        """Begin to measure time in a hidden place; do nothing in prescan."""
         self._refuse_clock()
         super().start_clock(since)
 

@@ -9,7 +9,7 @@ _NOTHING = object()
 
 
 class UndoLog:
-    """The changes of open transactions, latest last; changes outside of transactions are not logged."""
+    """The changes made in open transactions, latest last; changes outside transactions are not logged."""
 
     def __init__(self) -> None:
         self._changes: list[tuple[Any, Any, Any]] = []  # the container, the key, and the old value
@@ -28,7 +28,7 @@ class UndoLog:
         values.append(value)
 
     def append_at(self, lists: dict[Any, list[Any]], key: Any, value: Any) -> None:
-        """Append a value to the list of a key."""
+        """Append a value to the list for a key."""
         if key in lists:
             self.add(lists[key], value)
         else:

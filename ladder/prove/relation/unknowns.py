@@ -10,7 +10,7 @@ results. Therefore each unknown value has an origin: a function, named by the in
 | any other unknown value | none: it is never shared | |
 
 An instruction may read all elements of the tags that it names, including hidden members. It may also read the
-system's tags, the arguments of the call of its add-on instruction, and its power, if it acts without power.
+system's tags, the arguments of its add-on instruction's call, and its power, if it acts without power.
 For the world, see `shapes.world_of`.
 
 Two programs share a value only where the same function has equal arguments. A value that can't be compared
@@ -46,7 +46,7 @@ class UnknownOrigin(NamedTuple):
     strict: bool = False
 
     def of(self, value_name: Hashable) -> UnknownOrigin:
-        """Return the origin of one value of an instruction, by the value's name."""
+        """Return the origin of one of an instruction's values, by the value's name."""
         return self if self.function is None else self._replace(function=(self.function, value_name))
 
 
@@ -58,7 +58,7 @@ def named(step: LoweredStep, leaves: tuple[Leaf, ...], world: Hashable) -> Hasha
     """Return the name of an instruction's function; None for an instruction that calls a routine.
 
     Args:
-        leaves: all leaves that it names, with their types.
+        leaves: all leaves that the instruction names, with their types.
         world: other things that decide the effects of instructions, see `shapes.world_of`.
     """
     if any(isinstance(operand, (Call, AddOnCall)) for operand in step.operands):

@@ -1,1 +1,1 @@
-"""Solving: translates terms for bitwuzla or as SMT-LIB text; consecutive scans; invariants."""
+"""Translates terms for bitwuzla or to SMT-LIB text, models consecutive scans, and finds invariants."""

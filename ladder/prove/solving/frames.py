@@ -19,7 +19,7 @@ class Frame:
         system: the system that scans.
         solver: the solver that makes the terms.
         before: the previous scan; None for the first scan of a run, or for a scan from any state.
-        first: whether it is the first scan after power-up, so that states have their initial values.
+        first: whether it is the first scan after power-up, in which states have their initial values.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Frame:
         return reversed(frames)
 
     def values(self) -> dict[str, Any]:
-        """Return the values that the solver chose, by name, after sat."""
+        """Return the values that the solver chose, by name; call it only after the answer sat."""
         return {
             name: self.solver.found(formula, variable) for name, (variable, formula) in self.chosen.items()
         }

@@ -10,9 +10,9 @@
 | an enabled timer is done, or its time has been counted | timers |
 
 Candidates that the first scan breaks are dropped. Then the solver repeatedly searches for a scan that breaks
-a candidate although all candidates were true before it, and broken candidates are dropped. Without such a
-scan, the remaining candidates are inductive together. The solver checks candidates in groups. A group that
-blows its fuse is dropped; the other groups stay.
+a candidate although all candidates were true before it, and broken candidates are dropped. Once no scan
+breaks a candidate, the remaining candidates are inductive together. The solver checks candidates in groups. A
+group that blows its fuse is dropped; the other groups stay.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from .runs import Runs
 from .solver import SAT, UNSAT, Solver
 
 SCANS, RESTART = 24, 12
-"""Random scans in all, and the number of scans after which runs restart."""
+"""Total number of random scans, and the number of scans after which runs restart."""
 
 MOST_STATES = 120
 """Maximum number of states for which many suggestions are made."""
 
 MOST_BITS, FEW_BITS = 160, 40
-"""Maximum number of bits that are paired, in cones up to and above `MOST_STATES`."""
+"""Maximum number of bits that are paired, in cones of up to `MOST_STATES` states and in larger ones."""
 
 MOST_TIMERS = 12
 """Maximum number of timers and counters that are paired."""
@@ -50,10 +50,10 @@ MOST_TIMERS = 12
 MOST_SUGGESTED = 4000
 
 MOST_ROUNDS = 6_400
-"""Maximum questions of one search; the solver's models decide the number of questions."""
+"""Maximum number of questions in one search; the actual number depends on the solver's models."""
 
 GROUP = 60
-"""Candidates in one question; hundreds would be a hard disjunction, and a blown fuse drops all of them."""
+"""Number of candidates in one question; hundreds would be too hard, and a blown fuse drops all of them."""
 
 BOUNDS = (1, 2, 5, 10, 100, 1000)
 
@@ -75,9 +75,9 @@ class Invariants(NamedTuple):
 
 
 def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
-    """Return conditions that are true after power-up and inductive together, with the work and steps.
+    """Return conditions that are true after power-up and inductive together, with the work and steps used.
 
-    Work counts terms, because the number of questions depends on the solver's models. The terms and the
+    Work counts terms, because the number of questions depends on the solver's models, but the terms and the
     result do not.
 
     Args:
@@ -193,7 +193,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
 
 @dataclass
 class _Search:
-    """Finds the candidates that are invariants; each scan of the solver is checked against all candidates."""
+    """Finds the candidates that are invariants; checks each scan from the solver against all of them."""
 
     system: System
     fuse: int
@@ -203,7 +203,7 @@ class _Search:
     blown: bool = False
 
     def kept(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
-        """Return the candidates that the first scan keeps, or the candidates that are inductive together."""
+        """Return the candidates that are true after the first scan, or those that are inductive together."""
         while candidates:
             remaining = self._round(candidates, first=first)
             if first or len(remaining) == len(candidates):
@@ -229,7 +229,7 @@ class _Search:
         return [candidates[number] for number in sorted(remaining)]
 
     def _broken(self, frame: Frame, formulas: list[Any], evaluator: Evaluator, group: set[int]) -> set[int]:
-        """Return the numbers of candidates that a scan breaks: all in a group, and others that models show.
+        """Return the broken candidates' numbers: all in a group, and any others that the models show.
 
         Args:
             formulas: the solver's terms for all candidates in the scan.
@@ -269,5 +269,5 @@ class _Search:
 
     @cached_property
     def _next(self) -> Evaluator:
-        """Computes the states after a scan."""
+        """Return an evaluator of the states after a scan."""
         return Evaluator([*self.system.next.values()])

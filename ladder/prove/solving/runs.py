@@ -1,4 +1,4 @@
-"""Parallel random runs of a system. They only suggest results, so that variety matters more than number."""
+"""Parallel random runs of a system. They only suggest results, so variety matters more than number."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Runs:
         return results[len(self._states) :], keeps_contract
 
     def _chosen(self) -> dict[str, Array]:
-        """Return values of the free variables, of which some change in some runs."""
+        """Return values of the free variables; some of them change in some runs."""
         chosen = {}
         for name in self._free:
             if self._first and name in self._system.late:

@@ -1,9 +1,6 @@
-"""Questions to any solver, as SMT-LIB 2.6 text.
+"""Writes questions for any solver as SMT-LIB 2.6 text.
 
-(set-logic QF_BVFP)
-(declare-const |Start[0]@1| Bool)
-(assert |Start[0]@1|)
-(check-sat)
+(set-logic QF_BVFP) (declare-const |Start[0]@1| Bool) (assert |Start[0]@1|) (check-sat)
 """
 
 from __future__ import annotations
@@ -25,7 +22,7 @@ class Text(NamedTuple):
 
 
 class Script:
-    """Writes a script. Terms get names, so that a term that is used twice is written once."""
+    """Writes a script. Terms get names, so a term that is used twice is written only once."""
 
     def __init__(self) -> None:
         self.lines = ["(set-logic QF_BVFP)"]
@@ -62,12 +59,12 @@ class Script:
         self.lines.append(f"(assert {formula.text})")
 
     def text(self) -> str:
-        """Return the script, which ends with the question."""
+        """Return the script; its last command is the question."""
         return "\n".join([*self.lines, "(check-sat)", ""])
 
 
 def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
-    """Return the sort of an operation's result from the sorts of its operands without a rounding mode."""
+    """Return the sort of an operation's result, given its operands' sorts without a rounding mode."""
     match op:
         case "ite":
             return sorts[1]
@@ -84,7 +81,7 @@ def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
 
 _WORDS = frozenset(["bvadd", "bvsub", "bvmul", "bvsdiv", "bvsrem", "bvand", "bvor", "bvxor"])
 _KEEPING = _WORDS | {"fp.add", "fp.sub", "fp.mul", "fp.div", "fp.neg", "fp.abs", "fp.sqrt", "fp.rem"}
-"""Operations with a result of the same sort as the operands."""
+"""Operations whose result has the same sort as their operands."""
 
 
 def _sort(sort: Sort) -> str:

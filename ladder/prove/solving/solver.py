@@ -1,8 +1,8 @@
 """The interface of proofs to bitwuzla. It counts work independently of bitwuzla's version.
 
 Work is the number of terms in each question. The solver's own steps are counted each time it polls whether to
-stop. They are the same on every machine but not in every version. They only serve as a fuse, far above the
-needs of most questions.
+stop. They are the same on every machine but not in every version. They serve only as a fuse, far above what
+most questions need.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .smtlib import pattern_of
 from .translation import FIELDS, Sort, width
 
 FUSE = 320_000
-"""Default fuse of a question, in steps of the solver."""
+"""Default fuse for a question, in solver steps."""
 
 SAT, UNSAT, UNKNOWN = "sat", "unsat", "unknown"
 
@@ -51,7 +51,7 @@ def bitwuzla_module() -> Any:
 
 
 def fuse_text() -> str:
-    """Return a text with the fuse and the solver's version, since another version may get further."""
+    """Return text with the fuse and the solver's version, since another version may get further."""
     return f"the solver's fuse (bitwuzla {distribution_version('bitwuzla')})"
 
 
@@ -100,7 +100,7 @@ _MEMBERS = {
 
 
 class _Fuse:
-    """Counts the solver's steps. It must not refer to the solver: this cycle would never be freed."""
+    """Counts the solver's steps. It must not refer to the solver, because that cycle would never be freed."""
 
     __slots__ = ("left", "steps")
 
@@ -121,7 +121,7 @@ class Solver:
     the term.
 
     Args:
-        fuse: the solver's steps after which it gives up a question.
+        fuse: number of steps after which the solver gives up on a question.
 
     Attributes:
         made: number of terms made so far.
@@ -152,7 +152,7 @@ class Solver:
 
     @property
     def steps(self) -> int:
-        """The number of the solver's steps so far."""
+        """Number of solver steps so far."""
         return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
@@ -211,7 +211,7 @@ class Solver:
         self._solver.assert_formula(self._terms[formula])
 
     def check(self, *formulas: int) -> str:
-        """Ask whether all assertions and formulas can be true: sat, unsat, or unknown for a blown fuse."""
+        """Return whether all assertions and formulas can be true: sat, unsat, or unknown for a blown fuse."""
         self.work += 1 + self.made
         self._fuse.left = self._most
         return self._answers.get(
@@ -219,7 +219,7 @@ class Solver:
         )
 
     def found(self, number: int, t: T) -> Any:
-        """Return the value of a term after sat; `t` determines its kind."""
+        """Return the value that the solver chose for a term, after sat; `t` determines its kind."""
         value = self._solver.get_value(self._terms[number])
         if t.kind == BOOL:
             return bool(value.value())

@@ -1,6 +1,6 @@
 """Translates terms to a solver's terms: bit vectors as wide as their intervals, floats, Booleans.
 
-A solver is anything that accepts operations by their names in SMT-LIB 2.6: bitwuzla, or a text.
+A solver is anything that accepts operations by their SMT-LIB 2.6 names: bitwuzla, or a text writer.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def declare(sink: Sink, t: T, name: str) -> Any:
 
 
 def interval_conditions(sink: Sink, t: T, formula: Any) -> Iterator[Any]:
-    """Yield the conditions that a whole number is in its interval, where its bits allow more."""
+    """Yield the conditions that keep a whole number in its interval, if its bits allow values outside."""
     bits = width(t) if t.kind == INT else 0
     if bits and t.lo != -(1 << bits - 1):
         yield sink.apply("bvsle", [sink.value(bits, t.lo), formula])
@@ -151,7 +151,7 @@ _WHOLE = {
 
 
 def _whole(sink: Sink, t: T, operands: list[Any]) -> Any:
-    """Translate with all operands as wide as the widest operand or the result, so that nothing overflows."""
+    """Translate with all operands as wide as the widest operand or the result, so nothing overflows."""
     bits = max(width(argument) for argument in t.args)
     if t.kind == INT:
         bits = max(bits, width(t)) + (t.op in ("div", "rem"))

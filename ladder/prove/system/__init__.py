@@ -1,4 +1,4 @@
-"""A program as a transition system whose values are state, free in each scan, or held.
+"""A program as a transition system. Each value is state, free in each scan, or held.
 
 | value before a scan | role |
 |---|---|

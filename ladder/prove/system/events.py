@@ -9,8 +9,8 @@ PROGRAM_MODE, RETAINED_START, LOST_LINK = "program mode", "retained start", "los
 
 PROGRAM_MODE    the key is turned to program and back to run
 RETAINED_START  a run ends, and the next run begins with its tags, as with `scanrack run --retain`
-LOST_LINK       a module is removed or loses its link, and comes back; for one or more scans it keeps no
-                contract
+LOST_LINK       a module is removed or loses its link, and comes back; its contracts do not apply for one or
+                more scans
 """
 
 LEFT_OUT = {
@@ -24,7 +24,7 @@ KEPT = "retained tags are as the program has left them between two scans, withou
 """The assumption if runs may begin with retained tags."""
 
 RUN_ONLY: tuple[str, ...] = ()
-"""`happens` without any events: only scans."""
+"""`happens` without any events, only scans."""
 
 
 def assumed(happens: Collection[str]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Numbers and bits that nothing writes and that are not free: proofs assume that they keep their values.
+"""Numbers and bits that nothing writes and that are not free; proofs assume that they keep their values.
 
 If only some bits of a number are written, the other bits keep their values. A proof depends on the constant
 bits that the program reads:
@@ -61,7 +61,7 @@ def _of_bits(key: Key, value: int, mask: int) -> Iterator[HeldNumber]:
 
 
 def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
-    """Return masks of the bits of variables that terms read, by name.
+    """Return masks of the bits that terms read, by the name of the variable.
 
     Args:
         kept: next values of numbers with constant bits; keeping a bit does not count as reading it.
@@ -86,7 +86,7 @@ def _every(t: T) -> int:
 
 
 def _operand_masks(t: T, needed_bits: int) -> tuple[int, ...]:
-    """Return masks of the bits of a term's operands that decide some of its own bits."""
+    """Return a mask for each operand of a term: the bits that the needed bits of the term depend on."""
     if t.op == "setbit":
         return needed_bits & ~(1 << t.val[0]), 1
     if t.op == "ite":

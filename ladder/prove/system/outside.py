@@ -1,4 +1,4 @@
-"""Finds the values that may change outside a program's scan: inputs by their names, bits, and numbers."""
+"""Finds the values that may change outside a program's scan: inputs (by their names), bits, and numbers."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
 
 
 def is_length(layout: Layout, path: str) -> bool:
-    """Return whether a path, in capitals, is LEN of a CONTROL and not of a string, which has no POS."""
+    """Return whether a path, in capitals, is the LEN of a CONTROL, not of a string, which has no POS."""
     return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
 
 
 def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
-    """Return masks of the bits of numbers that operands name, except arguments of add-on instructions."""
+    """Return masks of the number bits that operands name, except in arguments of add-on instructions."""
     masks: dict[Key, int] = defaultdict(int)
     for place in _places_in(operand for step in lowered.all_steps for operand in step.operands):
         if place.bit is None or place.leaf.root:
@@ -96,7 +96,7 @@ def refuse(lowered: LoweredProgram) -> None:
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
-    """Return prefixes of paths that more than rungs write: SLC status, messages, consumed tags."""
+    """Return the path prefixes that not only rungs write: SLC status, messages, consumed tags."""
     names = [STATUS] if before_scan in lowered.opening else []
     if any(isinstance(hook, partial) for hook in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")

@@ -71,7 +71,7 @@ class ProgramSystem(System):
         assume: bits that are true after each scan; runs that break them are not considered.
         contracts: conditions on the inputs in each scan.
         happens: names of the events that may happen between two scans, see `events`.
-        beside: another problem to compare with, which shares its terms.
+        beside: another problem to compare with; both share their terms.
         kept: paths of tags, in capitals, that the other program of a comparison writes; they don't change
             from outside.
 
@@ -88,7 +88,7 @@ class ProgramSystem(System):
     """
 
     never_holds: ClassVar[Callable[[ProgramSystem, T], bool]] = staticmethod(_unknown)
-    """Returns whether a condition is proved true in no scan, to rule out faults; `induction` sets it."""
+    """Returns whether a condition is proved never to be true, to rule out faults; `induction` sets it."""
 
     def __init__(
         self,
@@ -217,7 +217,7 @@ class ProgramSystem(System):
         return lengths
 
     def _run_monitors(self) -> None:
-        """Run the monitors; raise a LadderError if one of them changes the program."""
+        """Run the monitors; raise a LadderError if one of them changes a value of the program."""
         machine, names = self.machine, self.lowered.monitors
         if not names:
             return
@@ -256,7 +256,7 @@ class ProgramSystem(System):
             self.engine.scheduler.begin(0)
 
     def _note_prescanned(self) -> None:
-        """Make bits that prescan clears free only from the second scan, since they are clear in the first."""
+        """Make bits that prescan clears free only from the second scan on; they are off in the first."""
         free = [
             (name, self.machine.leaves[key], key[1])
             for name, key in self.key_of.items()
@@ -307,7 +307,7 @@ class ProgramSystem(System):
         return next_term
 
     def _open_bits(self) -> None:
-        """Make the bits of numbers free that the program names but does not write."""
+        """Make the number bits that the program names but does not write free."""
         machine, bit_masks = self.machine, named_bits(self.lowered)
         for key, variable in list(machine.vars.items()):
             has_value = variable.val in self.held or variable.val in self.next
@@ -342,7 +342,7 @@ class ProgramSystem(System):
             self.held.add(v.val)
 
     def _is_given(self, path: str, leaf: Leaf) -> bool:
-        """Return whether each scan gets a new value from outside, even if rungs write it."""
+        """Return whether a place gets a new value from outside in each scan, even if rungs write it."""
         if leaf.slot is not None:
             return not leaf.output
         return path in self._free or self.is_written_beside(path) or INPUTS.match(path) is not None
@@ -381,7 +381,7 @@ class ProgramSystem(System):
         return self.machine.vars[key]
 
     def before(self, name: str, value: T, first: bool | int) -> T:
-        """Return the value that a term had in the previous scan; `first` in the first scan.
+        """Return the value that a term had in the previous scan, or `first` in the first scan.
 
         Args:
             name: identifies the term; the same name means the same term.
@@ -394,7 +394,7 @@ class ProgramSystem(System):
         return state
 
     def _kept_by(self, number: int, make: Contract) -> T:
-        """Return the condition that a module keeps its contracts or has lost its link."""
+        """Return the condition that a module fulfills its contract or has lost its link."""
         if LOST_LINK in self.happens:
             self._lost = var(f"~lost:{number}")
         condition, self._lost = or_(self._lost, make(self)), FALSE
@@ -419,14 +419,14 @@ class ProgramSystem(System):
         return tuple(numbers)
 
     def next_of_any(self, roots: Sequence[T]) -> dict[str, T]:
-        """Return the next values of states, with bits free that terms read and nothing writes."""
+        """Return the next values of states; bits that terms read and nothing writes are free."""
         next_states = dict(self.next)
         for name, mask in held_bits(self, self.next, roots, self._written_masks()).items():
             next_states[name] = self._with_open_bits(self.key_of[name], next_states[name], mask)
         return next_states
 
     def _written_masks(self) -> dict[str, int]:
-        """Return masks of the written bits, for numbers of which a scan writes only some bits."""
+        """Return masks of the written bits, for numbers in which a scan writes only some bits."""
         masks = {}
         for key, variable in self.machine.vars.items():
             is_own = self.machine.leaves[key].slot is None and not key[0].startswith(("~", "S:"))

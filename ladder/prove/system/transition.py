@@ -19,7 +19,7 @@ DT = "~dt"
 """Name of the variable with the time since the previous scan, in units of `System.tick_ns`."""
 
 WRITTEN = "~told:"
-"""Name prefix of a variable whose bits are written from outside into a number before the next scan."""
+"""Name prefix of a variable with the bits written into a number from outside before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)
 
@@ -63,7 +63,8 @@ class ScanBounds:
     """Minimum and maximum time between two scans, in ms; both are multiples of a unit, in ns.
 
     Raises:
-        ValueError: not 0 <= low <= high and 0 < high, more than a day, or not multiples of the unit.
+        ValueError: the times are not 0 <= low <= high with high > 0, exceed a day, or are not multiples of
+        the unit.
     """
 
     low_ms: float = 1
@@ -84,7 +85,7 @@ class ScanBounds:
 
     @classmethod
     def of(cls, low_ms: float, high_ms: float, *others_ns: int) -> ScanBounds:
-        """Return bounds whose unit is the largest common divisor of both times, a ms and other times.
+        """Return bounds whose unit is the greatest common divisor of both times, 1 ms, and the other times.
 
         >>> ScanBounds.of(2.5, 10)
         ScanBounds(low_ms=2.5, high_ms=10, tick_ns=500000)
@@ -99,7 +100,7 @@ class ScanBounds:
 
     @property
     def steps_text(self) -> str:
-        """The unit in words; "" if both times are equal."""
+        """The unit as text; "" if both times are equal."""
         if self.low_ms == self.high_ms:
             return ""
         return ", in whole ms" if self.tick_ns == MS else f", in steps of {self.tick_ns / MS:g} ms"
@@ -124,16 +125,16 @@ class System:
         initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: the condition of each scan; runs that break it are not considered.
+        contract: a condition on each scan; runs that break it are not considered.
         kept: contracts of modules; each matters only to terms that its module's inputs decide, see
             `narrowed`.
-        facts: conditions of each scan on two unknown values, with their names; see `narrowed`.
+        facts: conditions on two unknown values that are true in each scan, with their names; see `narrowed`.
         deep: the condition under which the relation does not follow the program.
-        unmodeled: variables of values that are not modeled, with the instruction to blame.
+        unmodeled: variables for values that are not modeled, with the instructions that cause them.
         key_of: the places of variables, by name.
         likely: values that random scans often give a free variable, by its name.
         least: minimum time between scans, in units of `tick_ns`.
-        follows: the verdict that `deep` is never true; None until it is decided.
+        follows: the verdict on whether `deep` is never true; None until it is decided.
         invariants: the invariants found so far, with their work, by contract and cone.
         variables_known: cache of the variables in terms, see `cone`.
     """
@@ -162,7 +163,7 @@ class System:
         return "held" if name in self.held else "free"
 
     def cone(self, roots: Iterable[T]) -> dict[str, T]:
-        """Return the variables that decide terms in any number of scans, the most direct ones first."""
+        """Return the variables that terms depend on over any number of scans, the most direct ones first."""
         found: dict[str, T] = {}
         open_terms = [*roots, *([] if self.contract is TRUE else [self.contract])]
         while open_terms:
@@ -172,7 +173,7 @@ class System:
         return found
 
     def _variables(self, terms: Sequence[T]) -> list[T]:
-        """Return the variables in terms, as `variables` does, but walk no term twice."""
+        """Return the variables in terms, as `variables` does, without walking any term twice."""
         cache = self.variables_known
         cache.update(variables_by_root([term for term in terms if term not in cache]))
         return sorted({variable for term in terms for variable in cache[term]}, key=attrgetter("id"))
@@ -180,8 +181,8 @@ class System:
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract, with the module contracts and facts that matter to terms.
 
-        A module's contract matters if its inputs decide the terms. A fact matters if its two unknown values
-        decide the terms.
+        A module's contract matters if the terms depend on its inputs. A fact matters if the terms depend on
+        both of its unknown values.
         """
         roots, contract = list(roots), self.contract
         remaining: list[T | Fact] = [*self.kept, *self.facts]
@@ -195,14 +196,14 @@ class System:
                 contract = and_(contract, part[1] if isinstance(part, tuple) else part)
 
     def _matters(self, condition: T | Fact, inputs: Set[str]) -> bool:
-        """Return whether a module's contract, or a fact, matters to terms that some inputs decide."""
+        """Return whether a module's contract, or a fact, matters to terms that depend on some inputs."""
         if isinstance(condition, tuple):
             return condition[0] <= inputs
         return any(variable.val in inputs for variable in self._variables([condition]))
 
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
-        """Use the contract that `narrowed` returns for terms, in the body of a `with`."""
+        """Use the contract that `narrowed` returns for terms in the body of the `with` statement."""
         contract, self.contract = self.contract, self.narrowed(roots)
         try:
             yield
@@ -210,11 +211,11 @@ class System:
             self.contract = contract
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
-        """Return the instructions without a model that affect a cone."""
+        """Return the unmodeled instructions that affect a cone."""
         return tuple(dict.fromkeys(self.unmodeled[name] for name in cone if name in self.unmodeled))
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:
-        """Return the held numbers of a program that decide terms."""
+        """Return the held numbers that terms and their cone read."""
         return ()
 
     def limits_met(self) -> tuple[str, ...]:

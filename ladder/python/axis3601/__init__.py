@@ -1,4 +1,4 @@
-"""The axis of a 3601 in Python: counterpart of the function blocks in `ladder/blocks/axis3601.rung`.
+"""The axis of a 3601 in Python, the counterpart of the function blocks in `ladder/blocks/axis3601.rung`.
 
 | file | content |
 |---|---|

@@ -1,4 +1,4 @@
-"""Programming of a blend profile, block by block [3601 manual, chapter 5, Blend Move Programming].
+"""Programs a blend profile, block by block [3601 manual, chapter 5, Blend Move Programming].
 
 words out, word 1        BLEND_ACK    next
 program and transmit     on           transmit goes off
@@ -48,7 +48,7 @@ class BlendProgramming(Command):
         self._remaining = [array("h", segment.to_image().words) for segment in segments]
 
     def for_drive(self) -> Image:
-        """Set word 7 of each block for a networked drive: HEADER, or its deceleration; return the first."""
+        """Set word 7 of each block for a networked drive (HEADER or deceleration); return the first."""
         self.words[7] = HEADER
         for block in self._remaining:
             block[7] = block[6]

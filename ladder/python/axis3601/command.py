@@ -1,4 +1,4 @@
-"""One command of an axis: it corresponds to a function block from a rising Execute to its end."""
+"""One command of an axis; it corresponds to a function block from a rising Execute to the end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Handshake(Protocol):
 
     @property
     def under_way(self) -> bool:
-        """Whether the module executes the words of a command."""
+        """Whether the module is executing the words of a command."""
 
 
 class Outcome(Enum):
@@ -38,7 +38,7 @@ class Outcome(Enum):
 
 
 class Command(LinkedWait[None]):
-    """A requested command: await its end, or read its outcome.
+    """A requested command. You can await its end, or read its outcome.
 
     Args:
         axis: name of the axis.
@@ -118,10 +118,10 @@ class Command(LinkedWait[None]):
         self.words = array("h", image.words)
 
     def attend(self, drive: Handshake, now_ns: int) -> None:
-        """Act in each scan while it is executed."""
+        """Do this command's work in each scan while it is being executed."""
 
     def activate(self, now_ns: int) -> None:
-        """Mark it as active: its words are sent in this scan."""
+        """Mark it as active, because its words are sent in this scan."""
         self._is_active = True
 
     def end(self, outcome: Outcome, error_id: int = 0, detail: str = "") -> None:

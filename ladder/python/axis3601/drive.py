@@ -1,4 +1,4 @@
-"""The drive: the only writer of a module's eight output words, one command after another.
+"""The drive, which is the only writer of a module's eight output words; it sends one command at a time.
 
     step          words                                   ends
     REST          zeros                                   with the next command
@@ -11,11 +11,10 @@
     ZEROS         zeros, so that the next command is      when they have crossed the backplane
                   a transition from 0 to 1
 
-A step has settled after the round trip and two scans with a good link: words have crossed
-the backplane both ways. The steps are those of the add-on instruction Amci3601 in
-`ladder/blocks/axis3601.rung`.
+A step has settled after the round trip and two scans with a good link, when words have crossed the backplane
+both ways. The steps are the same as in the add-on instruction Amci3601 in `ladder/blocks/axis3601.rung`.
 
-`judge` reads the inputs at the start of a scan, `send` writes the words at its end.
+`judge` reads the inputs at the start of a scan; `send` writes the words at the end of it.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ from .stop import Stop
 
 
 class HandshakeStep(IntEnum):
-    """The step of the handshake."""
+    """A step of the handshake."""
 
     REST = 0
     SENT = 1
@@ -87,7 +86,7 @@ class Drive:
         out: the eight words that are sent.
         running: the command whose words are sent; None at rest.
         pending: the next command.
-        newest: the newest command of all.
+        newest: the most recently requested command.
         error_stop: whether a command has failed since the last reset.
         msw: judged status word 0.
         lsw: judged status word 1.
@@ -116,7 +115,7 @@ class Drive:
         link: Link,
         translation: DriveTranslation | None = None,
     ) -> None:
-        """Attach to the images of a slot and its link, and reset.
+        """Attach to a slot's images and link, and reset.
 
         Args:
             translation: translation of a networked drive's words.
@@ -167,7 +166,7 @@ class Drive:
 
     @property
     def locked(self) -> bool:
-        """Whether a `stop` holds the axis."""
+        """Whether a `stop` is holding the axis."""
         return self._locked if self.late else any(stop.holds for stop in self._stops)
 
     @property
@@ -186,7 +185,7 @@ class Drive:
         return self.step == _UNDER_WAY
 
     def runs_evenly(self, since_ns: int) -> bool:
-        """Whether the axis moves without a ramp, at least a round trip after `since_ns`."""
+        """Return whether the axis moves at constant speed, at least a round trip after `since_ns`."""
         late_enough = self._clock.now_ns - since_ns >= self.trip_ns
         return late_enough and self.under_way and self.moving and not self.msw & _RAMPS
 
@@ -217,7 +216,7 @@ class Drive:
             self._judge(now_ns)
 
     def idle(self) -> Idle | None:
-        """Return when `judge` and `send` have no effect, see `Device.idle`; None for a networked drive."""
+        """Return when `judge` and `send` do nothing, see `Device.idle`; None for a networked drive."""
         if self._translation is not None:
             return None
         unchanged = "{words}[0] == {drive}.msw and {module}.linked is not {link}.down"
@@ -298,7 +297,7 @@ class Drive:
         return int(ErrorId.CONFIG_ERROR) if lost and not faults else faults
 
     def _drive_fault(self) -> int:
-        """Return the ErrorID of a networked drive that can't move, which a 3601 has no bits for."""
+        """Return the ErrorID of a networked drive that can't move; a 3601 has no bits for this."""
         drive = self._translation
         if drive is None or self.msw < 0:
             return 0
@@ -306,7 +305,7 @@ class Drive:
         return ErrorId.DRIVE_FAULT * (drive.unfit or (moves and not drive.enabled))
 
     def _settle(self, now_ns: int) -> None:
-        """Note since when the step lasts with a good link, and whether that is a round trip."""
+        """Note how long the step has lasted with a good link, and whether that is at least a round trip."""
         if self.step != self._last_step or self.link.down:
             self._since_ns = None
         elif self._since_ns is None:
@@ -335,7 +334,7 @@ class Drive:
         return self._evidence.may_have_ended(self.kind, self.out)
 
     def _is_stuck(self, now_ns: int) -> bool:
-        """Update and return whether the axis has rested too long for the step to end."""
+        """Update and return whether the axis has been at rest too long for the step to end normally."""
         expects_end = self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING
         idle = expects_end and not self.moving and not self.link.down
         self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)

@@ -1,4 +1,4 @@
-"""Exceptions of awaits: a command has failed or was aborted."""
+"""Exceptions that an await raises if a command failed or was aborted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntFlag
 
 
 class ErrorId(IntFlag):
-    """ErrorID of the function blocks, as bits: the module may report several errors."""
+    """ErrorID of the function blocks, as bits, because the module may report several errors."""
 
     COMMAND_ERROR = 1
     INVALID_PROFILE = 2
@@ -42,7 +42,7 @@ WORDS = {
 
 
 def reasons(error_id: int, detail: str = "") -> str:
-    """Return the meaning of an ErrorID with its number.
+    """Return the meaning of an ErrorID, followed by its number.
 
     >>> reasons(3)
     'the module reports COMMAND_ERROR, the module reports INVALID_PROFILE [ErrorID 3]'

@@ -1,6 +1,6 @@
-"""Whether the module has accepted a command, and whether the command can still end.
+"""Determines whether the module has accepted a command, and whether the command can still end.
 
-Completion bits may be from the previous command, if a command did not arrive. The module has accepted a
+If a command did not arrive, the completion bits may be from the previous command. The module has accepted a
 command if the axis moves, if its completion bit is off, or if the axis is at its target. A command that
 neither moves nor ends for two round trips has not begun, or did not end as expected.
 """
@@ -89,7 +89,7 @@ class Evidence:
         return self.accepted or kind not in _COMPLETION
 
     def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
-        """Measure how long the axis rests in one `phase` (output word 1); return whether that is too long."""
+        """Measure how long the axis has rested in one `phase` (output word 1); return whether too long."""
         rests = idle and self._inputs[0] & _MODULE_OK and phase == self._phase
         self._phase = phase
         if not rests or (kind is GEAR and self._inputs[1] & _FOLLOWING):

@@ -1,6 +1,6 @@
-"""The kinds of commands, a row for each: allowed states, end condition, how it yields to another.
+"""The kinds of commands; each row has its allowed states, its end condition, and how it yields to another.
 
-The rows and their behavior are those of the function blocks in `ladder/blocks/axis3601.rung`.
+The rows and their behavior match the function blocks in `ladder/blocks/axis3601.rung`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Yielding(Enum):
     """How a command yields to a newer one, with the words to write."""
 
     WAIT = "wait"
-    """The newer command waits: this one ends soon."""
+    """The newer command waits, because this one ends soon."""
     HOLD = (CommandMsw.HOLD_MOVE.value, 0, 0, 0, 0, 0, 0, 0)
     STOP = (CommandMsw.IMMEDIATE_STOP.value, 0, 0, 0, 0, 0, 0, 0)
     """Stop without a ramp, because the motion can't be held; the position becomes invalid."""

@@ -1,4 +1,4 @@
-"""The link to a module: whether its images are exchanged, and the times of changes."""
+"""The link to a module: whether its images are being exchanged, and when that changed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class Link:
         slot: the slot with an attribute `fault`; without this attribute the module always answers.
 
     Attributes:
-        module: an object with an attribute `linked`, whether the module answers; if possible the slot's.
+        module: an object whose attribute `linked` says whether the module answers; if possible, from the
+        slot.
     """
 
     def __init__(self, number: int = 0, slot: Slot | None = None) -> None:
@@ -78,7 +79,7 @@ class LinkedWait(Wait[T_co], Generic[T_co]):
     @property
     @override
     def moved(self) -> int:
-        """Number of losses and returns of the link, each of which changes the text."""
+        """Number of times the link went down or came back; each one changes the text."""
         return self._link.changes
 
     def __repr__(self) -> str:

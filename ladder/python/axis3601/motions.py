@@ -1,4 +1,4 @@
-"""Commands that continue at a speed, or act in each scan: velocity, registration, gear, home."""
+"""Commands that keep running at a speed or act in each scan: velocity, registration, gear, home."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FOLLOWING = StatusLsw.ENC_FOLLOWER.value
 
 
 class Velocity(Command):
-    """A run at a speed, ended by another command; its await then raises `CommandAborted`."""
+    """A run at a speed until another command; its await then raises `CommandAborted`."""
 
     __slots__ = ("_drive", "_since_ns")
 
@@ -35,12 +35,12 @@ class Velocity(Command):
 
     @property
     def in_velocity(self) -> bool:
-        """Whether the axis runs without a ramp, after enough time for the module to begin one."""
+        """Whether the axis runs at constant speed, once the module has had time to begin a ramp."""
         return self.active and self._since_ns is not None and self._drive.runs_evenly(self._since_ns)
 
 
 class Registration(Command):
-    """A run at a speed that comes to rest a distance after the external input or `register`."""
+    """A run at a speed that stops a set distance after the external input or `register`."""
 
     __slots__ = ("_registered",)
 
@@ -51,7 +51,7 @@ class Registration(Command):
         self._registered = False
 
     def register(self) -> None:
-        """Act as the external input."""
+        """Do what a rise of the external input does."""
         self._registered = True
 
     @override
@@ -71,12 +71,12 @@ class Gear(Command):
 
     @property
     def in_gear(self) -> bool:
-        """Whether the axis follows the encoder."""
+        """Whether the axis is following the encoder."""
         return self.active and self._drive.lsw & _FOLLOWING != 0
 
 
 class Homing(Command):
-    """Homing. A backplane proximity bit follows the program's in each scan."""
+    """Homing. In each scan, the backplane proximity bit follows the program's value."""
 
     __slots__ = ("_proximity", "attended")
 

@@ -1,10 +1,10 @@
-"""The axis of a 3601, of a module with its words, or of a networked drive: PLCopen's blocks as methods.
+"""The axis of a 3601, a module with the same words, or a networked drive, with PLCopen blocks as methods.
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 
-Calling a method requests the command, like a rising Execute. The axis sends its words at the end of this
-scan, or once the current command has ended. Awaiting the command waits for its end. A newer command aborts it
-in the same scan.
+Calling a method requests the command, like a rising Execute. The axis sends the command's words at the end of
+this scan, or once the current command has ended. Awaiting the command waits for its end. A newer command
+aborts it in the same scan.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ LEAST_ROUND_TRIP_MS = 10
 _MOVING_OR_MODE = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value | WORD_MIN
 
 _CONFIGURES = CommandLsw.ENCODER_MOVE.value
-"""Word 1 while a networked drive is configured: a bit that the axis does not use otherwise."""
+"""Word 1 while a networked drive is being configured: a bit that the axis does not use otherwise."""
 
 CONSTANT = Acceleration.CONSTANT
 
@@ -66,9 +66,9 @@ AnyCommand = TypeVar("AnyCommand", bound=Command)
 
 
 class Axis3601(Device):
-    """An axis: the only writer of its module's output words.
+    """An axis, which is the only writer of its module's output words.
 
-    Ranges of speeds and rates are a 3601's; another module of the family has the ranges of its profile.
+    The ranges of speeds and rates are for a 3601; another module of the family has the ranges in its profile.
 
     Args:
         slot: number of the slot.
@@ -124,12 +124,12 @@ class Axis3601(Device):
 
     @property
     def phase(self) -> int:
-        """Output word 1 as sent: it changes while a blend is programmed."""
+        """Output word 1 as sent; it changes while a blend is being programmed."""
         return self._drive.out[1]
 
     @property
     def trip_ns(self) -> int:
-        """Time that it waits for the module's response, ns."""
+        """Time that the axis waits for the module's response, ns."""
         return self._drive.trip_ns
 
     @property
@@ -165,7 +165,7 @@ class Axis3601(Device):
         deceleration: int,
         proximity: Callable[[], object] | None = None,
     ) -> Command:
-        """Home the axis; done at home, where the position becomes 0 [MC_Home].
+        """Home the axis; it is done at the home position, which becomes 0 [MC_Home].
 
         Args:
             direction: first direction of the search.
@@ -190,7 +190,7 @@ class Axis3601(Device):
         deceleration: int,
         shape: Acceleration = CONSTANT,
     ) -> Command:
-        """Move to a position; done there [MC_MoveAbsolute].
+        """Move to a position; it is done there [MC_MoveAbsolute].
 
         Args:
             position: -8,388,608 to 8,388,607 steps; the current position must be valid.
@@ -211,7 +211,7 @@ class Axis3601(Device):
         deceleration: int,
         shape: Acceleration = CONSTANT,
     ) -> Command:
-        """Move by a distance; done there [MC_MoveRelative].
+        """Move by a distance; it is done there [MC_MoveRelative].
 
         Args:
             distance: -8,388,608 to 8,388,607 steps.
@@ -248,8 +248,8 @@ class Axis3601(Device):
     ) -> Velocity | Registration:
         """Run at a speed [MC_MoveVelocity]; with `register`, stop at a distance after the external input.
 
-        Without `register`, it ends with another command, such as `halt`. With `register`
-        [MoveRegistration3601, firmware 3.1], it is done at rest.
+        Without `register`, the run lasts until another command, such as `halt`. With `register`
+        [MoveRegistration3601, firmware 3.1], the command is done once the axis is at rest.
 
         Args:
             speed: -1,000,000 to 1,000,000 steps/s, not 0; negative is counterclockwise.
@@ -273,14 +273,14 @@ class Axis3601(Device):
         return self._request(Registration(self.name, f"run({speed}, register={register})"), manual)
 
     def store_minimum(self, distance: int) -> Command:
-        """Store the distance, 0 to 8,388,607 steps, without registration [StoreMinimum3601, firmware 3.1]."""
+        """Store the minimum registration distance, 0 to 8,388,607 steps [StoreMinimum3601, firmware 3.1]."""
         command = Command(self.name, MINIMUM, f"store_minimum({distance})")
         return self._request(command, lambda: StoreMinimumRegistration(distance).to_image())
 
     def gear(
         self, numerator: int, denominator: int = 1, *, acceleration: int = 0, deceleration: int = 0
     ) -> Gear:
-        """Follow the encoder at a ratio [MC_GearIn, firmware 4.1]; it ends with another command.
+        """Follow the encoder at a ratio until another command [MC_GearIn, firmware 4.1].
 
         Args:
             numerator: -32,767 to 32,767 steps, not 0; negative is against the encoder.
@@ -297,7 +297,7 @@ class Axis3601(Device):
         return self._request(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
 
     def gear_out(self) -> Command:
-        """Release the encoder and come to rest [MC_GearOut]; refused unless the axis follows it."""
+        """Release the encoder and come to rest [MC_GearOut]; refused unless the axis is following it."""
         return self._request(Command(self.name, GEAR_OUT, "gear_out()"), Image)
 
     def program_blend(
@@ -328,7 +328,7 @@ class Axis3601(Device):
         return self._request(command, blocks)
 
     def run_blend(self, direction: Direction) -> Command:
-        """Run the programmed blend profile in a direction; done at its end [RunBlend3601]."""
+        """Run the programmed blend profile in a direction; it is done at the end [RunBlend3601]."""
         command = Command(self.name, RUN_BLEND, f"run_blend({_name_of(direction)})")
         return self._request(command, lambda: RunBlend(direction).to_image())
 
@@ -337,14 +337,14 @@ class Axis3601(Device):
         return self._request(Command(self.name, HALT, "halt()"), Image)
 
     def stop(self) -> Stop:
-        """Stop the axis with its ramp; a `with` refuses all other commands [MC_Stop]."""
+        """Stop the axis with its ramp; inside a `with`, all other commands are refused [MC_Stop]."""
         stop = self._request(Stop(self.name), Image)
         if stop.busy:
             self._drive.hold(stop)
         return stop
 
     def reset(self) -> Command:
-        """Reset the errors of module and axis; an input that is still active is a new error [MC_Reset]."""
+        """Reset module and axis errors; an input that is still active causes a new error [MC_Reset]."""
         return self._request(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
 
     def set_position(self, position: int) -> Command:
@@ -384,7 +384,7 @@ class Axis3601(Device):
         self._words = slot.inputs.words
 
     def _translate(self, model: Model | None, words: ModuleWords, slot: Slot) -> None:
-        """Set limits and status for the module, and the translation of a networked drive's words."""
+        """Set the limits and the status for the module, and the translation for a networked drive's words."""
         if model is None:
             profile = profile_of(words)
             self._translation, self._limits, self.status = None, profile.limits, profile.view(slot.inputs)
@@ -395,10 +395,10 @@ class Axis3601(Device):
         self.status = status_view(slot.inputs, model, translation.number)
 
     def _configuring(self) -> Image:
-        """Return the words that request the configuration.
+        """Return the output words that request the configuration.
 
-        For a networked drive, the translation has the configuration. Word 1 only shows the progress of the
-        handshake, when it becomes 0.
+        For a networked drive, the translation has the configuration. Word 1 only shows how far the handshake
+        is, when it becomes 0.
         """
         configuration = self.configuration
         if isinstance(configuration, Configuration):

@@ -16,7 +16,7 @@ _CAPTURE = StatusLsw.IN_CAPTURE.value
 
 
 class CaptureWait(LinkedWait[int]):
-    """A rising capture input; a pulse shorter than a scan shows only in the captured value."""
+    """A wait for a rising capture input; a pulse shorter than a scan shows only in the captured value."""
 
     __slots__ = ("_axis", "_last", "_state", "_status", "_was_on", "_words")
 

@@ -10,7 +10,7 @@ from .kinds import STOP
 
 
 class Stop(Command):
-    """A stop; used in a `with`, it refuses all other commands until the end of the block.
+    """A stop; when used in a `with`, it refuses all other commands until the end of the block.
 
     with self.axis.stop() as stop:
         await stop
@@ -25,7 +25,7 @@ class Stop(Command):
 
     @property
     def holds(self) -> bool:
-        """Whether it holds the axis: while it is running, and inside its `with`."""
+        """Whether it is holding the axis, which it does while it is running and inside its `with`."""
         return self.outcome is Outcome.BUSY or (self._in_block and self.outcome is not Outcome.ERROR)
 
     def __enter__(self) -> Self:

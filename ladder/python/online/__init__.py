@@ -1,4 +1,4 @@
-"""Online edits of logic in Python: fields keep their values, each sequence continues at its `await`.
+"""Online edits of logic in Python: fields keep their values, and each sequence continues at its `await`.
 
 | file | content |
 |---|---|
@@ -14,8 +14,8 @@
 | `placing` | the frames of a sequence in edited code |
 | `editing` | the whole class: parts, sequences, and the edit itself |
 
-A frame can't be moved to other code. So the edited function is compiled again, in a form that begins at the
-matching `await` with the locals, iterators, `with` blocks and wait of the waiting frame. An edit that may not
-continue correctly is refused before anything has changed, and the refusal names the object.
-`docs/decisions/0017-edits-of-sequences.md` has the reasons.
+A frame can't be moved to other code. Therefore the edited function is compiled again, in a form that begins
+at the matching `await` with the waiting frame's locals, iterators, `with` blocks and wait. An edit that might
+not continue correctly is refused before anything changes, and the refusal names the object.
+`docs/decisions/0017-edits-of-sequences.md` explains why.
 """

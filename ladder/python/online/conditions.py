@@ -1,4 +1,4 @@
-"""The functions in a wait: they continue only if the edited program has the same functions."""
+"""Checks the functions in a wait, which continues only if the edited program has the same functions."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def check_wait(
     Args:
         editions: the current and the edited edition.
         changed: parts that the edit changes.
-        texts: known syntax; the syntax of the wait's functions is added.
+        texts: known syntax, to which the syntax of the wait's functions is added.
     """
     parts = list(changed)
     for inner in waits_in(wait):
@@ -93,7 +93,7 @@ def _check_function(function: FunctionType, old: Edition, new: Edition, texts: T
 
 
 def _text_of(function: FunctionType, edition: Edition) -> str | None:
-    """Return the syntax of a function; None without its source."""
+    """Return the syntax of a function; None if its source is missing."""
     outer = _outer_function(function, edition)
     code = function.__code__
     if outer is None:

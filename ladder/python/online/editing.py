@@ -1,11 +1,11 @@
-"""An edit of a logic class between two scans: fields keep their values, sequences continue.
+"""Edits a logic class between two scans: fields keep their values, and sequences continue.
 
-The instance gets the edited class, so waits, commands and lambdas that refer to it continue. The effects of
-an edit on each name:
+The instance gets the edited class, so waits, commands and lambdas that refer to it continue. An edit affects
+names as follows:
 
 | name | |
 |---|---|
-| a field, which a method assigns | keeps its value; a new or retyped field gets its initial value |
+| a field that a method assigns | keeps its value; a new or retyped field gets its initial value |
 | a constant of a class or module | has its new value in the next scan |
 | a part with the same declaration, a timer or counter with another preset | keeps its state |
 | a part with another declaration | restarts; a sequence that waits for it is refused |
@@ -87,7 +87,7 @@ def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Log
     """Continue an instance with the class of another instance from the next scan on.
 
     Args:
-        logic: the instance; it has had a scan.
+        logic: the instance, which has run at least one scan.
         fresh: an instance of the edited class, loaded from the edited file.
         restart: names of sequences to end, and to restart in the edited program.
 
@@ -141,7 +141,7 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
 
 
 def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditContext:
-    """Return the context of an edit for placing its sequences."""
+    """Return the data that an edit needs to place its sequences."""
     present_parts = {part.name: part for part in logic._logic_parts}
     restarted = tuple(present_parts[name] for name in parts.changed if name in present_parts)
     dropped = tuple(part for name, part in present_parts.items() if name not in parts.parts)
@@ -212,7 +212,7 @@ def _refusal(errors: Mapping[str, NotPlacedError]) -> EditRefusal:
 
 @dataclass(frozen=True, slots=True)
 class PartPlan:
-    """What an edit does to the parts of an instance."""
+    """The effects of an edit on the parts of an instance."""
 
     parts: dict[str, Part]  # parts after the edit
     kept: tuple[str, ...]  # parts that continue
@@ -298,7 +298,7 @@ def _replace_sequences(plan: EditPlan, attributes: dict[str, Any]) -> tuple[Sequ
 
 
 def _share_modules(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> None:
-    """Replace the globals of earlier editions, which a lambda in a wait may read, by those of the edited."""
+    """Replace the globals of earlier editions, which a lambda in a wait may read, with the edited ones."""
     edited = new.modules
     for names in edited.values():
         for name, value in list(names.items()):

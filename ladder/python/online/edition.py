@@ -71,7 +71,7 @@ class Edition:
     def changed_from(self, previous: Edition) -> frozenset[str]:
         """Return the names, and attributes with a dot, that differ from an earlier edition.
 
-        They are functions, and constants of the class and its modules. Fields keep their values.
+        These are functions, and constants of the class and its modules. Fields keep their values.
         """
         constants, old = self._constants(), previous._constants()
         changed = {name for name in {*constants, *old} if not _same(constants.get(name), old.get(name))}
@@ -80,14 +80,14 @@ class Edition:
         return frozenset(changed | functions | {f".{function}" for function in functions})
 
     def constants(self) -> dict[str, Any]:
-        """Return the values in its class body that no function assigns."""
+        """Return the values in the class body that no function assigns."""
         constants: dict[str, Any] = {}
         for kind in reversed(self.kind.__mro__[: self.kind.__mro__.index(Logic)]):
             constants.update((name, value) for name, value in vars(kind).items() if is_plain(name, value))
         return {name: value for name, value in constants.items() if name not in self.stored}
 
     def constant(self, text: str) -> Any:
-        """Return the constant of the text `self.NAME` or `NAME`; None if it is not a constant."""
+        """Return the constant that the text `self.NAME` or `NAME` refers to; None if it is not a constant."""
         constants = self._constants()
         return constants.get(text.removeprefix("self")) if text.startswith("self.") else constants.get(text)
 

@@ -21,7 +21,7 @@ class EditRefusal(SiteError):  # noqa: N818 - a refusal, not a defect
 
     Attributes:
         sequences: the sequences that can't continue; restarting them makes the edit possible.
-        refusals: the reason for each; their sites are in the running program.
+        refusals: the reason for each sequence; the sites are in the running program.
     """
 
     sequences: tuple[str, ...] = ()
@@ -30,7 +30,7 @@ class EditRefusal(SiteError):  # noqa: N818 - a refusal, not a defect
 
 @dataclass(frozen=True, slots=True)
 class FieldPlan:
-    """What an edit does to the fields of an instance."""
+    """The effects of an edit on the fields of an instance."""
 
     values: dict[str, Any]  # values after the edit, by name
     kept: tuple[str, ...]  # fields that keep their values
@@ -80,7 +80,7 @@ def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], 
 
 
 def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edition) -> Iterator[str]:
-    """Yield texts for kept values that differ from the initial values of the edited class."""
+    """Yield a text for each kept value that differs from its initial value in the edited class."""
     for name in kept:
         earlier, later = getattr(old.kind, name, None), getattr(new.kind, name, None)
         fields = isinstance(earlier, Field) and isinstance(later, Field)
@@ -89,7 +89,7 @@ def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edi
 
 
 def _kept_value(name: str, value: Any, old: Edition, new: Edition) -> Any:
-    """Return a kept value for the edited program; raise an EditRefusal if its class no longer exists."""
+    """Return a kept value for the edited program; raise an EditRefusal if the value's class is gone."""
     kind = type(value)
     if isinstance(value, Enum) and kind.__module__ in old.modules:
         edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)

@@ -1,6 +1,6 @@
 """Fields of a logic class, which can be set and forced from outside like tags.
 
-A forced field has its forced value everywhere, and assignments of the program have no effect. Once released,
+A forced field has its forced value everywhere, and assignments in the program have no effect. Once released,
 it keeps that value until the program assigns another.
 """
 
@@ -45,7 +45,7 @@ def forced_fields(logic: Logic) -> dict[str, Field]:
 
 
 class Fields:
-    """The fields of a program by name, `stations.rounds`; they can be set and forced.
+    """The fields of a program by name, such as `stations.rounds`; they can be set and forced.
 
     Args:
         logic: returns the program, which an edit may replace.
@@ -136,7 +136,7 @@ class Fields:
 
 
 def hold_forces(logic: Logic) -> None:
-    """Force the forced fields of an instance in its current class."""
+    """Force the forced fields of an instance again in its current class."""
     kind = type(logic)
     for name in forced_fields(logic):
         if not isinstance(vars(kind).get(name), ForcedField):

@@ -2,10 +2,10 @@
 
     ContinuedAwait    an await that has begun: it yields the current wait, then continues
     RemainingPasses   an iterator of a `for` during a pass: this pass, then the remaining passes
-    OpenBlock         an open `with` block: it is left, not entered
-    Entering          an `async with` with an entry that waits
+    OpenBlock         an open `with` block, which is left without being entered
+    Entering          an `async with` whose entry is waiting
 
-None of them runs user code before the wait is over.
+None of these objects runs user code before the wait is over.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Exit = Callable[..., Any]
 
 
 class ContinuedAwait:
-    """The await of a coroutine or generator that already waits."""
+    """The await of a coroutine or generator that is already waiting."""
 
     def __init__(self, inner: Any, wait: object) -> None:
         self.inner, self._wait = inner, wait
@@ -45,7 +45,7 @@ class ContinuedAwait:
 
 
 class RemainingPasses:
-    """The iterator of a loop during a pass; its first item stands for this pass."""
+    """The iterator of a loop during a pass; its first item represents this pass."""
 
     def __init__(self, inner: Iterator[Any]) -> None:
         self.inner = inner
@@ -86,7 +86,7 @@ class OpenBlock:
 
 
 class Entering(OpenBlock):
-    """An `async with` block with an entry that waits."""
+    """An `async with` block whose entry is waiting."""
 
     def __init__(self, entry: ContinuedAwait, leave: Exit) -> None:
         super().__init__(leave)
@@ -97,7 +97,7 @@ class Entering(OpenBlock):
 
 
 def unwrapped(held: Any) -> Any:
-    """Return the iterator or exit that an earlier edit has wrapped; return other objects unchanged."""
+    """Return the iterator or exit that an earlier edit wrapped; return other objects unchanged."""
     if isinstance(held, RemainingPasses):
         return held.inner
     owner = getattr(held, "__self__", None)
@@ -105,7 +105,7 @@ def unwrapped(held: Any) -> Any:
 
 
 def entry_of(awaited: Any) -> Any:
-    """Return the coroutine or generator that an await of an earlier edit continues; others unchanged."""
+    """Return the coroutine or generator that an earlier edit's await continues; return others unchanged."""
     frame = getattr(awaited, "gi_frame", None)
     if frame is None or frame.f_code is not ContinuedAwait.__await__.__code__:
         return awaited

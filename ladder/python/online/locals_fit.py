@@ -20,7 +20,7 @@ class LocalsError(ValueError):
 
 
 def names_needed(body: list[ast.stmt], point: Point) -> Names:
-    """Return the names that may be read after a point before they are assigned, and names in its await."""
+    """Return the names that may be read after a point before being assigned, and names in its await."""
     needed = set(_Reads().names_in(body))
     target = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
     needed.update(node.id for node in ast.walk(target) if isinstance(node, ast.Name))
@@ -92,7 +92,7 @@ _BLOCKS = ("body", "handlers", "cases", "orelse", "finalbody")
 
 
 def _names(value: Any, context: type[ast.expr_context] = ast.Store) -> Names:
-    """Return the names in a node or in nodes that are stored, or used in another context."""
+    """Return the names in one or more nodes that are stored, or used in another context."""
     names = (inner for node in _nodes(value) for inner in ast.walk(node) if isinstance(inner, ast.Name))
     return frozenset(name.id for name in names if isinstance(name.ctx, context))
 
@@ -119,7 +119,7 @@ def check_origins(
 
     Args:
         changed: names, and attributes with a dot, that the edit changes.
-        loops: heads of loops with the same passes so far.
+        loops: heads of loops whose passes so far are the same.
     """
     old, new = _origins(*old_await), _origins(*new_await)
     checked: set[str] = set()
@@ -220,7 +220,7 @@ def names_read(node: ast.AST) -> Names:
 
 
 def check_bound(needed: Collection[str], local_names: Collection[str], values: Mapping[str, Any]) -> None:
-    """Raise a LocalsError for a needed local of a function that the frame does not have."""
+    """Raise a LocalsError for a local of a function that is needed but missing in the frame."""
     for name in sorted(needed):
         if name in local_names and name not in values:
             raise LocalsError(f"its local {name} has no value; the edited function sets it before this await")

@@ -1,10 +1,10 @@
-"""Moves the frames of a sequence to edited code: first plans all of them, then moves them.
+"""Moves the frames of a sequence to edited code; it first plans all moves, then makes them.
 
     cycle          awaits self.make_round()            rebuilt, awaits the rebuilt make_round
       make_round   awaits within("5 s", ...)           rebuilt, awaits the same wait
         within     awaits a command                    stays
 
-Nothing changes before the whole edit is planned.
+Nothing changes until the whole edit has been planned.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class NotPlacedError(SiteError):
 
 @dataclass(frozen=True, slots=True)
 class EditContext:
-    """Data of an edit that all its frames share."""
+    """The data of an edit that all frames share."""
 
     old: Edition
     new: Edition
@@ -182,7 +182,7 @@ def _trees_of(frame: WaitingFrame, context: EditContext) -> tuple[Function, Func
 
 
 def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
-    """Return whether text and lines of a frame's function are unchanged, so that the frame can stay."""
+    """Return whether the text and lines of a frame's function are unchanged, so that the frame can stay."""
     try:
         old_tree, new_tree = _trees_of(frame, context)
     except ValueError:
@@ -211,12 +211,12 @@ def _check_locals(values: Mapping[str, Any], context: EditContext) -> None:
 
 
 def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[Any], list[str]]:
-    """Return the objects in open blocks for the edited program, and the heads of loops over an edited tuple.
+    """Return the open blocks' objects for the edited program, and the heads of loops over an edited tuple.
 
     A loop over an edited tuple continues if its passes so far are the same.
 
     Raises:
-        LocalsError: the passes differ, or the loop is over another object than a constant tuple.
+        LocalsError: the passes differ, or the loop is not over a constant tuple.
     """
     loops = [block for block in point.steps if isinstance(block.node, ast.For) and block.field == "body"]
     iterator_indices = [index for index, kind in enumerate(point.block_kinds) if kind is BlockKind.ITERATOR]
@@ -337,7 +337,7 @@ def _is_library(owner: Any, depth: int = 3) -> bool:
 
 
 def foreign_object_in(value: Any, old: Edition, depth: int = 4) -> str:
-    """Describe the first object in a value with a class that the program defines; "" for no such object."""
+    """Describe the first object in a value whose class the program defines; "" if there is none."""
     kind = type(value)
     if kind.__module__ in old.modules:
         name = f"{kind.__name__}.{value.name}" if isinstance(value, Enum) else f"a {kind.__name__}"

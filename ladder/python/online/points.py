@@ -1,4 +1,4 @@
-"""The awaits of a function, by their path in the syntax tree and their text.
+"""Identifies the awaits of a function by their path in the syntax tree and their text.
 
     while True:                              ("while",)
         for station in self.stations:        ("for station in self.stations",)
@@ -52,12 +52,12 @@ class Point:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Its path without the text of its statements, and its own text."""
+        """Its path with the kinds of the statements instead of their text, and its own text."""
         return (*(f"{step.field} {type(step.node).__name__}" for step in self.steps), self.text)
 
     @property
     def block_kinds(self) -> list[BlockKind]:
-        """The kinds of objects of its open blocks on the stack, outermost first."""
+        """The kinds of its open blocks that keep objects on the stack, outermost first."""
         block_kinds: list[BlockKind] = []
         for step in self.steps:
             if isinstance(step.node, ast.For) and step.field == "body":
@@ -71,7 +71,7 @@ class Point:
         return block_kinds
 
     def is_at(self, position: Range) -> bool:
-        """Return whether a position from Python is the position of this point."""
+        """Return whether a source position, as Python reports it, is the position of this point."""
         if isinstance(self.node, ast.AsyncWith):
             return position in (_range(self.node), _range(self.node.items[0].context_expr))
         return position == _range(self.node)
@@ -156,11 +156,11 @@ def _range(node: ast.expr | ast.stmt) -> Range:
 
 
 class NoCounterpartError(ValueError):
-    """An await without a certain counterpart in the edited function."""
+    """An await has no certain counterpart in the edited function."""
 
 
 def end_of(point: Point) -> tuple[int, int]:
-    """Return the end of the code that may have run before a point: of its outermost loop, or itself."""
+    """Return the end of the code that may have run before a point: its outermost loop's end, or its own."""
     loops = [step.node for step in point.steps if isinstance(step.node, ast.For | ast.While)]
     node: Any = loops[0] if loops else point.node
     return (node.end_lineno, node.end_col_offset) if loops else (node.lineno, node.col_offset + 1)

@@ -10,8 +10,8 @@
                                                    else:
                                                        lamp = True; for station in STOPS: ...
 
-Statements before the await run only in later passes. Positions are taken from the source, so lines of waits,
-faults and breakpoints are right. User code can't contain names that begin with a dot.
+Statements before the await run only in later passes. Positions are taken from the source, so the lines of
+waits, faults and breakpoints are correct. User code can't contain names that begin with a dot.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .suspended import BlockKind
 Node = TypeVar("Node", bound=ast.AST)
 
 WAIT = ".wait"
-"""The parameter for the awaitable of the point."""
+"""Name of the parameter for the awaitable at the point."""
 
 _VALUE_OF = (ast.Expr, ast.Assign, ast.AnnAssign, ast.Return)
 
@@ -57,7 +57,7 @@ def resume(function: Function, point: Point) -> ResumptionBody:
     """Return the body of a function that begins at a point.
 
     Raises:
-        CannotBeginError: no function can begin at this await.
+        CannotBeginError: a function can't begin at this await.
     """
     body = ResumptionBody()
     body.body = _Writer(body, point).block(function.body, 0)
@@ -72,7 +72,7 @@ class _Writer:
         self._entry = isinstance(point.node, ast.AsyncWith)
 
     def block(self, statements: Sequence[ast.stmt], depth: int) -> list[ast.stmt]:
-        """Return the rest of a block from the statement with the point on."""
+        """Return the rest of a block, starting with the statement that contains the point."""
         steps = self._point.steps
         target = steps[depth].node if depth < len(steps) else self._point.statement
         index = next(index for index, statement in enumerate(statements) if statement is target)
@@ -155,7 +155,7 @@ class _Writer:
         return self._finally(node, self.block(node.orelse, depth + 1))
 
     def _handler(self, node: Any, step: BlockStep, depth: int) -> ast.stmt:
-        """Write a running handler: it raises its exception again, which only this handler catches."""
+        """Write a running handler: its exception is raised again, and only this handler catches it."""
         inner: Any = step.inner
         error = self._block(BlockKind.HANDLER, inner)
         body = self.block(inner.body, depth + 1)
@@ -188,7 +188,7 @@ class _Writer:
         return _at(ast.Name(name, ast.Load()), node)
 
     def _once(self, node: Any) -> Callable[[], ast.expr]:
-        """Return a function that creates an expression, which is true when first evaluated, then false."""
+        """Return a function that creates an expression that is true when first evaluated, then false."""
         name = f".once{len(self._resumption.once)}"
         self._resumption.once.append(name)
 
@@ -232,7 +232,7 @@ def _with(node: Node, **fields: Any) -> Node:
 
 
 def _at(node: Node, origin: Any) -> Node:
-    """Give a position to a node, and to the nodes inside it that have none."""
+    """Give a node a position, and also any nodes inside it without a position."""
     ast.copy_location(node, origin)
     return ast.fix_missing_locations(node)
 

@@ -1,7 +1,7 @@
 """Reads a waiting frame: the position of its await, its locals, and the objects of its open blocks.
 
-CPython shows the value stack of a suspended coroutine to its garbage collector, in order: iterators of `for`
-loops, exits of `with` blocks, the exception before a handler, and on top the awaitable.
+CPython shows a suspended coroutine's value stack to its garbage collector, in order: the iterators of `for`
+loops, the exits of `with` blocks, the exception before a handler, and on top the awaitable.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ class BlockKind(Enum):
 
 
 class UnknownStackError(Exception):
-    """The stack of a frame is not as expected."""
+    """A frame's stack is not as expected."""
 
 
 @dataclass(frozen=True, slots=True)
 class WaitingFrame:
-    """A frame that waits."""
+    """A waiting frame."""
 
     work: Any  # the coroutine
     code: CodeType
@@ -79,7 +79,7 @@ class WaitingFrame:
 
 
 def _bound_exit(function: Any, owner: Any) -> Any:
-    """Return the bound exit of an object; since Python 3.14 the stack has the function below it."""
+    """Return the bound exit of an object; since Python 3.14, the stack has the function below the object."""
     is_exit = getattr(function, "__name__", "") in _EXITS and hasattr(function, "__get__")
     return function.__get__(owner) if is_exit else None
 

@@ -33,11 +33,11 @@ from typing_extensions import override
 from .parts import Clock, Level, Part, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
-"""The range of a counter: a DINT's."""
+"""The range of a counter, which is the range of a DINT."""
 
 
 class Block(Level):
-    """An object called once per scan, true or false until the next call."""
+    """An object that is called once per scan, and is true or false until the next call."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -70,7 +70,7 @@ class EdgeBlock(Block):
 
 
 class PresetBlock(Block):
-    """A block that continues with another preset after an online edit."""
+    """A block whose preset an online edit may change while the block continues."""
 
     preset_name: ClassVar[str]
 

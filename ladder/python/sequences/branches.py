@@ -1,10 +1,10 @@
 """Waits that contain other waits, and coroutines as branches: `all_of`, `first_of`, `within`.
 
-    all_of(a, b)       until all are over; a tuple of their values. The first error ends it
+    all_of(a, b)       until all are over; the value is a tuple of their values. The first error ends it
     first_of(a, b)     until one is over; the value is that argument. Within a scan, the first has precedence
     within("5 s", a)   the value of a, or WaitTimeout
 
-A branch is a sequence inside a wait, which steps it. A branch that loses gets `Abort`, and the wait ends when
+A branch is a sequence that is stepped by its wait. A branch that loses gets `Abort`, and the wait ends once
 the branch has ended. A command that loses continues, like a PLCopen block when its Execute falls.
 """
 
@@ -92,7 +92,7 @@ def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], function_name: str) -> 
 
 
 class Several(Wait[T], Generic[T]):
-    """Several waits as one. When the result is decided, it ends with the last of the losers."""
+    """Several waits as one. Once the result is decided, the wait ends when the last loser has ended."""
 
     __slots__ = ("_decided", "_error", "_running", "waits")
 

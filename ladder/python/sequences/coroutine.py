@@ -1,13 +1,13 @@
-"""A sequence: one coroutine and its wait.
+"""A sequence, which is one coroutine and its wait.
 
     in its turn of a scan       the sequence
     it has an order             gets Abort at its await, after its branches have ended
     its wait is not over        stays
     its wait is over or fails   continues to its next wait, which begins in this scan
 
-`abort` and `restart` are orders for the next turn. A `finally` may await; ending then takes more scans, and
-`restart` begins again in the scan in which the sequence ends. A sequence that continues after a second Abort
-has swallowed it, and faults the controller.
+`abort` and `restart` are orders for the next turn. A `finally` may await. Ending then takes more scans, and
+`restart` starts the sequence over in the scan in which it ends. A sequence that continues after a second
+Abort has swallowed it, and faults the controller.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Sequence:
         self._ordered, self._again, self._due = True, False, True
 
     def restart(self) -> None:
-        """End it if it is running, and begin it again."""
+        """End it if it is running, and start it over."""
         self._ordered = self._again = self._due = True
 
     @property
@@ -69,15 +69,16 @@ class Sequence:
 
     @property
     def resumed(self) -> int:
-        """How often it or its branches have been started or resumed."""
+        """Number of times that it or its branches have been started or resumed."""
         wait = self._wait
         return self._resumed if wait is None else self._resumed + wait.moved
 
     @property
     def frame(self) -> FrameType | None:
-        """The innermost waiting frame of the user's code, None if it is not running.
+        """The innermost waiting frame of the user's code; None if the sequence is not running.
 
-        While its code runs, it is the running frame: before 3.13, its `cr_await` may crash Python.
+        While the user's code is running, this is the running frame; before 3.13, reading `cr_await` then may
+        crash Python.
         """
         work: Any = self._work
         innermost = None
@@ -101,7 +102,7 @@ class Sequence:
 
     @property
     def waits_for(self) -> str:
-        """Text of its wait, made on demand; "" if it is not running."""
+        """Text of its wait, created on demand; "" if it is not running."""
         return "" if self._wait is None else repr(self._wait)
 
     def __str__(self) -> str:
@@ -159,7 +160,7 @@ class Sequence:
         self.close()
 
     def _follow_order(self, now_ns: int) -> None:
-        """Act on an order, or continue one that waits for branches."""
+        """Carry out an order, or continue one that is waiting for branches."""
         wait = self._wait
         if wait is None:
             self._ordered = False
@@ -237,7 +238,7 @@ class Sequence:
 
 
 NO_LOOP = 'a sequence waits for a time with `await dwell("2 s")`, for a condition with `await until(...)`'
-"""Remedy for an await of asyncio's objects."""
+"""Advice for an await of an asyncio object."""
 
 _OVER = object()  # marks the end of the coroutine
 _UNSEEN = -1  # no masked word

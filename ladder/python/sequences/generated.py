@@ -1,7 +1,7 @@
 """Generates a scan of a logic instance as one function, for its devices and sequences.
 
 It calls only a device that is not idle, and a sequence that is due or that depends on a change, see `watch`.
-`Logic._logic_scan_slowly` is the same scan, slow and clear.
+`Logic._logic_scan_slowly` does the same scan, slowly but readably.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
 
 
 def _turns(device: Device, own: str, names: dict[str, Any]) -> Iterator[str]:
-    """Yield the Python texts that call a device's actions before and after the logic; add their names."""
+    """Yield the Python code that calls a device's actions before and after the logic; add their names."""
     idle = device.idle()
     name_of = {} if idle is None else {name: f"{own}_{name}" for name in idle.names}
     if idle is not None:

@@ -1,4 +1,4 @@
-"""A lock: only one sequence at a time uses a resource."""
+"""A lock, so that only one sequence at a time uses a resource."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Lock(Part):
     async with self.zone:
         await self.axis.move_to(4000, ...)
 
-    A free lock is taken in the same scan. The end of the block releases it, also after `Abort`.
+    A free lock is taken in the same scan. The end of the block releases it, even after `Abort`.
     """
 
     loose = True
@@ -27,7 +27,7 @@ class Lock(Part):
 
     @property
     def taken(self) -> bool:
-        """Whether a sequence has it."""
+        """Whether a sequence owns the lock."""
         return bool(self._queue)
 
     @override

@@ -15,7 +15,7 @@ Observers can read, in any scan:
         str(sequence)                               # "cycle, line 14: axis.move_to(4000)"
     fields_of(logic)                                # its fields that are numbers, flags or text, by name
 
-Reading these changes nothing. `resumed` is fast enough for every scan: write a row when it changes.
+Reading these changes nothing. `resumed` is fast enough to read in every scan; write a row when it changes.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Logic:
         self._logic_scan(scan)
 
     def _logic_by_turns(self, scan: LogicScan) -> None:
-        """Do one scan, part by part; generated code does the following scans."""
+        """Do one scan, part by part, and generate the code that does the scans after it."""
         self._logic_scan_slowly(scan)
         if self._logic_slots is not None:
             self._logic_scan = generated_scan(self, Logic.every_scan)
@@ -150,7 +150,7 @@ class Logic:
         self._logic_scan = self._logic_by_turns  # an edit changes parts and sequences after this
 
     def __close_logic__(self) -> None:
-        """Close all sequences when the controller ends, then raise an exception of a `finally`."""
+        """Close all sequences when the controller ends, then raise any exception from a `finally`."""
         with ExitStack() as stack:
             for sequence in reversed(self._logic_sequences):
                 stack.callback(sequence.close)

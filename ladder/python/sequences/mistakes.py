@@ -44,7 +44,7 @@ PROBE = "captured"
 _OURS = "scanrack."
 
 SETTING_UP = ("__init__", "__post_init__")
-"""Methods in which assignments declare fields."""
+"""Methods whose assignments declare fields."""
 
 
 class _File(NamedTuple):
@@ -136,7 +136,7 @@ def _fields(cls: type) -> frozenset[str] | None:
 
 
 def _unread_wait(scope: _Scope, node: ast.AST, names: frozenset[str], attributes: frozenset[str]) -> str:
-    """Return the mistake of a stored wait that nothing reads; "" without a mistake."""
+    """Return the mistake in a statement that stores a wait that nothing reads; "" without a mistake."""
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
         return ""
@@ -172,7 +172,7 @@ def _targets(node: ast.AST) -> list[ast.expr]:
 def sources_of(cls: type) -> dict[str, str]:
     """Return the text of each file that defines methods of a class or functions of their modules.
 
-    An edit of a running program compares it with the edited text, since by then the file has changed.
+    An edit of a running program compares this text with the edited text, since by then the file has changed.
     """
     functions = list(_functions(cls))
     for names in [function.__globals__ for function in functions]:
@@ -191,7 +191,7 @@ def _functions(cls: type) -> Iterator[FunctionType]:
 
 
 def _body_of(function: FunctionType) -> ast.AST | None:
-    """Return the source of a function, None if it is missing or has changed since loading."""
+    """Return the source of a function; None if it is missing or has changed since loading."""
     code = function.__code__
     return _file(code.co_filename).bodies.get((code.co_name, code.co_firstlineno))
 
@@ -221,7 +221,7 @@ def first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 
 class _Scope(NamedTuple):
-    """The meaning of names in a method; `fields` has the declared names, None if unknown, see `_fields`."""
+    """The meaning of names in a method; `fields` has the declared names, or None, see `_fields`."""
 
     owner: type
     names: Mapping[str, Any]
@@ -234,7 +234,7 @@ class _Scope(NamedTuple):
         return None
 
     def is_wait(self, node: ast.expr) -> bool:
-        """Return whether an expression is a wait or a coroutine, by its text."""
+        """Return whether an expression is a wait or a coroutine, judging by its text."""
         if isinstance(node, ast.Attribute):
             return node.attr in OF_INPUTS and isinstance(self.of_self(node.value), Input)
         if not isinstance(node, ast.Call):

@@ -1,4 +1,4 @@
-"""Parts: declared in a logic class, copied for each instance.
+"""Parts, which are declared in a logic class and copied for each instance.
 
 A part in the class body is a declaration. Each instance of the class has a separate copy, which is attached
 to the slots of a rack before the first scan, and reset on each first scan.
@@ -23,7 +23,7 @@ Turn = Callable[[int], None]
 
 
 class Slot(Protocol):
-    """A slot of the rack, as logic sees it."""
+    """A slot of the rack, as the logic sees it."""
 
     @property
     def inputs(self) -> Image:
@@ -39,7 +39,7 @@ Slots = Mapping[int, Slot]
 
 
 class LogicScan(Protocol):
-    """A scan, as logic sees it."""
+    """A scan, as the logic sees it."""
 
     @property
     def slot(self) -> Slots:
@@ -64,7 +64,7 @@ class Clock:
 
 
 class DeclarationError(SiteError):
-    """Declared parts with places that the rack lacks, or with a shared place."""
+    """Declared parts use places that the rack lacks, or share a place."""
 
     errors: tuple[ValueError, ...] = ()  # one for each wrong part
 
@@ -100,11 +100,11 @@ class Part:
         """Reset, in the first scan since power-up or program mode."""
 
     def continues_as(self, edited: Part) -> bool:
-        """Return whether its state fits the declaration of an edited program."""
+        """Return whether its state fits its declaration in the edited program."""
         return type(self) is type(edited) and self._part_made == edited._part_made
 
     def continue_as(self, edited: Part) -> None:
-        """Copy the declaration of an edited program, and keep the state."""
+        """Copy its declaration in the edited program, and keep the state."""
         self.declared, self._part_made = edited.declared, edited._part_made
 
     def owns(self) -> tuple[int, int, int] | None:
@@ -135,7 +135,7 @@ class Device(Part):
         raise NotImplementedError
 
     def idle(self) -> Idle | None:
-        """Return the conditions under which these actions have no effect; None = call them in each scan."""
+        """Return the conditions under which these actions have no effect; None to call them in each scan."""
         return None
 
 

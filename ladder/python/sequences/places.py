@@ -1,4 +1,4 @@
-"""The place of an input or output, from an address or a bare name that is unique in the rack."""
+"""Finds the place of an input or output, given an address or a bare name that is unique in the rack."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
         image: "I" or "O".
 
     Raises:
-        ValueError: the bit is unknown, in the other image, a word, or not a terminal of a card.
+        ValueError: the bit is unknown, is in the other image, is a word, or is not a terminal of a card.
     """
     address = _find(text, image, rack, _bits(image, rack))
     if address.bit is None:

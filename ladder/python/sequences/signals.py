@@ -7,8 +7,8 @@
     lamp: Output = Output("Local:2:O.Data.0")
 
 The value is from the current scan's input latch. An input itself is true or false; `.rises`, `.falls`, `.on`
-and `.off` are waits. A status bit of a 3601 by its meaning is false in configuration mode, because the module
-then mirrors other bits.
+and `.off` are waits. In configuration mode, a status bit of a 3601 that is named by its meaning is false,
+because the module then mirrors other bits.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Input(Signal, Level):
         return self.read()
 
     def __call__(self) -> bool:
-        """Return whether it is on; an input can be a condition: `steady(self.door, "1 s")`."""
+        """Return whether it is on, so an input can be a condition, as in `steady(self.door, "1 s")`."""
         return self.read()
 
     @property
@@ -115,7 +115,7 @@ class Input(Signal, Level):
 
 
 def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callable[[], bool], Place | None]:
-    """Return the reader of a bit, and the word of 16 or 32 bits that it reads; None if it reads more.
+    """Return the reader of a bit, and the 16-bit or 32-bit word that it reads, or None if it reads more.
 
     In configuration mode, a guarded bit is false unless it is a live bit.
     """
@@ -172,7 +172,7 @@ _LEVELS = (bool, int, Level)  # values accepted by an output; any text would be 
 
 
 class Output(Signal):
-    """A bit of an output image as a `bool`; for pyright declare `lamp: Output = Output(...)`."""
+    """A bit of an output image as a `bool`; for pyright, declare `lamp: Output = Output(...)`."""
 
     image = "O"
 

@@ -32,13 +32,13 @@ Condition = Callable[[], object]
 
 
 class SequenceTurn(threading.local):
-    """Whether a sequence takes its turn, per thread.
+    """Whether a sequence is taking its turn, per thread.
 
-    Python may close coroutines at any time, the innermost first. Nothing resumes an await in their `finally`,
-    so this await ends at once.
+    Python may close coroutines at any time, the innermost first. Nothing would resume an await in their
+    `finally`, so that await ends at once.
 
     Attributes:
-        active: whether a sequence takes its turn.
+        active: whether a sequence is taking its turn.
         dropped: awaits ended this way since the last turn.
     """
 
@@ -46,7 +46,7 @@ class SequenceTurn(threading.local):
     dropped = 0
 
     def drop(self) -> None:
-        """End an await outside a turn with GeneratorExit, up to `DROPS` times: a loop may always catch it."""
+        """End an await outside a turn with GeneratorExit, up to `DROPS` times, since a loop may catch it."""
         self.dropped += 1
         if self.dropped <= DROPS:
             raise GeneratorExit
@@ -57,7 +57,7 @@ stepping = SequenceTurn()
 
 
 DROPS = 100
-"""Maximum awaits ended per close; a coroutine with more awaits has swallowed its end."""
+"""Maximum number of awaits ended per close; a coroutine with more awaits has swallowed GeneratorExit."""
 
 
 class Wait(Generic[T_co]):
@@ -71,7 +71,7 @@ class Wait(Generic[T_co]):
             cls.watched = Wait.watched  # type: ignore[method-assign]  # the base's `watched` does not match this `poll`
 
     def watched(self) -> Watch | None:
-        """Return what the wait depends on, once it has begun; None = poll it in each scan."""
+        """Return what the wait depends on, once it has begun; None if it must be polled in each scan."""
         return None
 
     @property
@@ -83,7 +83,7 @@ class Wait(Generic[T_co]):
         """Begin to wait, in the scan of the await."""
 
     def poll(self, now_ns: int) -> bool:
-        """Return whether it is over, once in each later scan; an exception is raised at the await."""
+        """Return whether it is over; called once in each later scan. An exception is raised at the await."""
         raise NotImplementedError(f"{type(self).__name__} has no poll")
 
     def result(self) -> T_co:
@@ -95,7 +95,7 @@ class Wait(Generic[T_co]):
         return True
 
     def continue_giving_up(self, now_ns: int) -> bool:
-        """Continue giving up in the next scan; return whether it has ended."""
+        """Continue to give up in the next scan; return whether it has ended."""
         return True
 
     def drop(self) -> None:
@@ -149,7 +149,7 @@ def text_of(condition: Condition) -> str:
 
 
 LONGEST = 80
-"""Maximum characters of the text of a condition."""
+"""Maximum number of characters of a condition's text."""
 
 
 @lru_cache(maxsize=1024)

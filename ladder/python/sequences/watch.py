@@ -1,4 +1,4 @@
-"""The dependencies of a wait: a scan need not poll the wait while none of them changes.
+"""The dependencies of a wait. A scan need not poll the wait while none of them changes.
 
     Edge, until(input)      a masked word of an input image
     dwell                   the time
@@ -29,7 +29,7 @@ class _NeverEnds:
 
 
 class Watch(NamedTuple):
-    """The dependencies of a wait; by default none."""
+    """The dependencies of a wait; by default, none."""
 
     words: Sequence[int] = array("h", [0])  # an image
     word: int = 0  # index of its word

@@ -57,7 +57,7 @@ _MUX = BlockForm(
     ),
     "Out",
 )
-"""A Selector outside of 1 to 8 keeps Out, and sets InstructFault (Status.0) and SelectorInv (Status.1)."""
+"""A Selector outside 1 to 8 keeps Out, and sets InstructFault (Status.0) and SelectorInv (Status.1)."""
 
 FORMULAS: Mapping[str, BlockForm] = {
     "BAND": _formula("FBD_BOOLEAN_AND", "Out", _eight_inputs("AND")),
@@ -109,7 +109,7 @@ FUNCTION = "__F"
 
 
 def canonical(name: str) -> str:
-    """Return the name in `BLOCKS` of a block or function, which other revisions may name differently.
+    """Return the name that a block or function has in `BLOCKS`; other revisions may name it differently.
 
     >>> canonical("SQRT__F"), canonical("add")
     ('SQR', 'ADD')

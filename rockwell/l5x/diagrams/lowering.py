@@ -11,7 +11,7 @@
     END_IF;
     Level := Sum.Dest;                                    // output references, after their block
 
-Data latching: an IRef has its value from the beginning of the routine wherever it is wired [1756-RM003,
+Data latching: wherever it is wired, an IRef has its value from the beginning of the routine [1756-RM003,
 Function Block Attributes, Latching Data]. A generated tag keeps that value if the diagram may change the tag.
 EnableOut is the wired EnableIn, otherwise true. It is false after an overflow. Prescan clears EnableIn and
 EnableOut [Function Block States].
@@ -152,7 +152,7 @@ class _Lowering:
     # --- lines
 
     def _add(self, node: Node, *texts: str) -> None:
-        """Add lines of an element, below a comment with its place."""
+        """Add an element's lines, below a comment with its place."""
         if not self._lines or self._lines[-1].place != node.place:
             texts = (f"// {node.place}", *texts)
         self._lines += (DiagramLine(text, node) for text in texts)
@@ -239,7 +239,7 @@ class _Lowering:
         self._add_conditional(node, [f"{node.type}{call}"], off_call)
 
     def _call(self, node: Node) -> None:
-        """Add a JSR; its pins are the tags that it passes and receives. A wire to a pin writes its tag."""
+        """Add a JSR. Its pins are the tags that it passes and receives. A wire to a pin writes its tag."""
         self._write_inputs(node)
         inputs, returns = (node.record.attributes.get(name, "").split() for name in ("In", "Ret"))
         self._add(node, f"JSR({','.join((node.type, str(len(inputs)), *inputs, *returns))});")

@@ -1,4 +1,4 @@
-"""The drawing of a diagram: elements at their positions, with pins and the tag of each value."""
+"""Draws a diagram: elements at their positions, with pins and the tag of each value."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def drawn_sheets(
     """Return the sheets of a diagram.
 
     Args:
-        lines: numbers of the lines of structured text of each element.
+        lines: line numbers of each element's structured text.
     """
     nodes: defaultdict[int, list[Node]] = defaultdict(list)
     for (sheet, _), node in diagram.nodes.items():
@@ -101,7 +101,7 @@ class _Sheet:
         return DrawnElement("block", x, y, labels, node.operand, inputs, outputs, lines)
 
     def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
-        """Return the visible or wired pins on the left and on the right, in the order of the type."""
+        """Return the visible or wired pins on the left and on the right, in the order of the block type."""
         sources = {wire.name: wire.source for wire in self._diagram.inputs_of(node)}
         visible, inputs, returns = (_words(node, key) for key in ("VisiblePins", "In", "Ret"))
         names = list(dict.fromkeys((*visible, *inputs, *returns, *sources, *wired)))
@@ -120,7 +120,7 @@ class _Sheet:
         return left, tuple(pin for pin in pins if pin.name in right)
 
     def _outputs(self, node: Node, names: Iterable[str], order: list[str]) -> set[str]:
-        """Return the pins that are outputs by the type of a node: EnableOut and the members after it."""
+        """Return the pins that are outputs according to a node's type: EnableOut and the members after it."""
         type_outputs = order[order.index("EnableOut") :] if "EnableOut" in order else []
         add_on_outputs = self._values.outputs(node)
         return {name for name in names if name in type_outputs or name.upper() in add_on_outputs}

@@ -8,8 +8,9 @@ A block runs after the blocks that are wired to its inputs. A wire with the Assu
 A loop of several blocks without a feedback wire has no order, as in Studio 5000 [1756-RM003, Function Block
 Attributes, Order of Execution and Resolve a Loop; 1756-PM009, Program a Function Block Diagram].
 
-The manual says that order does not matter between blocks that are not wired together. It matters if they use
-the same tag. Interpretation: these blocks run sheet by sheet, from left to right, then from top to bottom.
+The manual says that the order of blocks that are not wired together does not matter. It does matter if they
+use the same tag. Interpretation: these blocks run sheet by sheet, from left to right, then from top to
+bottom.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _RANKS = {"SBR": 0, "RET": 2}
 """Order of elements that could run at the same time; 1 for all others."""
 
 MOST_ELEMENTS = 20_000
-"""Maximum elements and wires of a routine."""
+"""Maximum number of elements and wires in a routine."""
 
 Key = tuple[int, int]
 """Sheet, from 1, and ID of an element."""
@@ -67,7 +68,7 @@ class Node:
 
     @property
     def type(self) -> str:
-        """Its instruction or routine, "" for a reference or connector."""
+        """Its instruction or routine; "" for a reference or connector."""
         get = self.record.attributes.get
         return (get("Type") or get("Name") or get("Routine") or "") if self.tag in RUN else ""
 
@@ -189,7 +190,7 @@ class Diagram:
         return None if node_number is None else self.nodes.get((sheet, node_number))
 
     def _input(self, key: Key, wire: _Wire) -> Input:
-        """Return an input, with its source traced through connectors."""
+        """Return a wired input, with its source traced through connectors."""
         neighbor = self.nodes[wire.source]
         source = self._behind_connectors(wire.source, wire.output)
         node = self.nodes[source.key]
@@ -279,7 +280,7 @@ def wires_of(sheet: ElementRecord) -> Iterator[ElementRecord]:
 
 
 def pin_of(wire: ElementRecord, name: str, node: Node) -> str:
-    """Return the pin at an end of a wire, "" for a reference or connector."""
+    """Return the pin at an end of a wire; "" for a reference or connector."""
     return wire.attributes.get(name, "") if node.tag in RUN else ""
 
 

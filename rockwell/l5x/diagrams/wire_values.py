@@ -1,7 +1,7 @@
 """Values on the wires of a diagram: the text of each output, and its type.
 
-A function has no tag, so a generated tag has its value. Interpretation: this tag has the type of the widest
-input, but an integer tag is at least a DINT, so that 7 / 2 with two INTs is 3.
+A function has no tag, so a generated tag stores its value. Interpretation: this tag has the type of the
+widest input, but an integer tag is at least a DINT, so 7 / 2 with two INTs is 3.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Data of an L5X: types, and values in four notations."""
+"""Reads the data of an L5X: types, and values in four notations."""

@@ -1,6 +1,6 @@
 """Compares two forms of a value, both as in `Tag.initial`.
 
-The first form is complete. Values that the second form lacks count as equal: decorated data do not have the
+The first form is complete. Values that the second form lacks count as equal, because decorated data lacks the
 local tags of add-ons.
 """
 
@@ -25,8 +25,8 @@ def first_difference(kind: DataType, dims: tuple[int, ...], complete: Any, parti
     """Return the path to the first value that differs; None if all values are equal.
 
     Args:
-        complete: a form with all values; None is zero.
-        partial: a form with explicit zeros; None is a value that it lacks.
+        complete: a form with all values; None means zero.
+        partial: a form with explicit zeros; None means a value that it lacks.
     """
     if partial is None:
         return None

@@ -1,7 +1,7 @@
 """Data types of a document by name.
 
-The first of these types with a name is used: elementary types, types that the document defines, its add-on
-instructions, predefined types (`predefined`), and types that decorated values show.
+For each name, the first match is used: elementary types, types that the document defines, its add-on
+instructions, predefined types (`predefined`), and types inferred from decorated values.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .module_bits import with_bit_places
 from .per_type import per_type
 
 PATH_BYTES, VALUE_BYTES = 1400, 8
-"""Measured memory in bytes: of a path to values, such as `Line.Speed`, and of one of its values."""
+"""Measured memory, in bytes, of a path to values, such as `Line.Speed`, and of one of its values."""
 
 EIGHTS_SINCE = 27
 """First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""
@@ -52,7 +52,7 @@ _RENAMED: Mapping[str, str] = {
 
 
 class _Counts(NamedTuple):
-    """Numbers of paths to values and of values; an array of 10 DINTs is one path with 10 values."""
+    """Number of paths to values and number of values; an array of 10 DINTs is one path with 10 values."""
 
     paths: int
     values: int
@@ -63,7 +63,7 @@ class UnknownTypeError(LadderError):
 
 
 class Types:
-    """All types by name; of several types in the document with the same name, the first is used."""
+    """All types by name; if the document has several types with the same name, the first is used."""
 
     def __init__(
         self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
@@ -144,7 +144,7 @@ class Types:
             raise LadderError(f"{subject} takes {mib}; {self._limit_mib:,} MiB are allowed (--memory)")
 
     def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
-        """Return the approximate memory of a tag, bytes."""
+        """Return the approximate memory of a tag, in bytes."""
         count = self._count_values(kind)
         return count.paths * PATH_BYTES + count.values * count_of(dims) * VALUE_BYTES
 
@@ -169,7 +169,7 @@ class Types:
 
     @per_type
     def has_locals(self, kind: DataType) -> bool:
-        """Return whether a type contains add-on instances: decorated data lack their local tags."""
+        """Return whether a type contains add-on instances, whose local tags decorated data lacks."""
         if isinstance(kind, Elementary):
             return False
         is_add_on = kind.name.upper() in self.layouts.add_ons
@@ -203,7 +203,7 @@ class Types:
         return Member(member.name, kind, member.dims, hidden=member.hidden)
 
     def own(self, kind: Structure) -> Structure:
-        """Register a type built here from all of its members; return it."""
+        """Register a type that was built from all of its members; return it."""
         self._own.add(kind.name.upper())
         return kind
 
@@ -213,7 +213,7 @@ class Types:
         self.wrong.clear()  # types with members of this one
 
     def show(self, data: Element) -> DataType | None:
-        """Return the type that a decorated value shows; None if it shows none.
+        """Return the type inferred from a decorated value; None if no type can be inferred.
 
         Args:
             data: a `Structure`, `Array`, `DataValue` or one of their members.
@@ -258,7 +258,7 @@ class Types:
 
 
 def _refuse_host(kind: Structure, member: Member) -> None:
-    """Raise a LadderError for a packed bit whose host is no integer, or lacks that bit."""
+    """Raise a LadderError for a packed bit whose host is not an integer, or lacks the bit."""
     name, _, bit = member.at.partition(".")
     host = kind.member(name) if member.at else None
     if host is None:

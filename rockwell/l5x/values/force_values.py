@@ -1,13 +1,13 @@
-"""Forces in a document: the addresses that are forced, with their values [1756-RM084, forced tag data].
+"""Reads the forces in a document: the forced addresses and their values [1756-RM084, forced tag data].
 
 | form | example |
 |---|---|
-| beside a value | `ForceValue="1"` of a BOOL; `2#...._0..._...1`: a dot is a bit without a force |
+| beside a value | `ForceValue="1"` for a BOOL; `2#...._0..._...1`, where a dot is a bit without a force |
 | bytes of the tag | `<ForceData>00 00 00 00 01 00 FF FF 01 00 B8 22</ForceData>` |
 | bytes as a list | `<ForceData Format="L5K"><![CDATA[[0,0,1,0,3,0]]]></ForceData>` |
 
-The bytes are three blocks of the size of the tag's memory: its image, the mask of forced bits, and the forced
-values. The import only lists forces; `run --forces` applies them.
+The bytes are three blocks, each as large as the tag's memory: its image, the mask of forced bits, and the
+forced values. The import only lists forces; `run --forces` applies them.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ _INDEX = re.compile(r"\[\d{1,9}(?:,\d{1,9})*+\]")
 
 
 def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
-    """Yield the forces of a tag, from `Data` elements that show forces, otherwise from its `ForceData`.
+    """Yield the forces of a tag, from `Data` elements that show forces or otherwise from its `ForceData`.
 
     Raises:
-        ValueTextError: force data that can't be read.
+        ValueTextError: the force data can't be read.
     """
     elements = [data.element for data in forced]
     force_data = [element for element in elements if element.tag == "ForceData"]
@@ -86,7 +86,7 @@ def _forces_in_bytes(data: bytes, kind: DataType, dims: tuple[int, ...], types: 
 
 
 def image_of(forced: Sequence[Data], kind: DataType, layouts: Layouts) -> Any:
-    """Return the value of a tag that has only force data, from the image in them; None for zeros."""
+    """Return the value of a tag that has only force data, from the image in that data; None for zeros."""
     for record in forced:
         if record.element.tag == "ForceData":
             data = _bytes(record.element)
@@ -178,7 +178,7 @@ class _ForceMask:
         self._mask, self._layouts = mask, layouts
 
     def places(self, kind: DataType, dims: tuple[int, ...], begin: int) -> Iterator[_Place]:
-        """Yield the places of the single values in a value that begins at a byte."""
+        """Yield the places of the elementary values in a value that begins at a byte."""
         if dims:
             yield from self._elements(kind, dims, begin)
         elif isinstance(kind, Structure):

@@ -8,15 +8,16 @@
 | String | the characters of a string, or of an array's first element |
 | Message, Alarm, Axis | members as attributes |
 
-The value of a tag is the first of these forms that it has. Another form with a different value is reported.
+The value of a tag is the first of these forms that it has. If another form has a different value, that is
+reported.
 
     <Structure DataType="Recipe">
       <DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5"/>
       <ArrayMember Name="Steps" DataType="DINT" Dimensions="2"><Element Index="[0]" Value="7"/>...
       <StructureMember Name="Delay" DataType="TIMER"><DataValueMember Name="PRE" .../>...
 
-Zeros are omitted unless the type has other initial values. A value that does not fit its type is reported,
-and truncated or omitted.
+Zeros are omitted unless the type has other initial values. A value that does not fit its type is reported and
+then truncated or omitted.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def initial_of(
     """Return an initial value from `Data` elements; None for the type's own initial value.
 
     Args:
-        remark: called with a text on each omitted or truncated value.
+        remark: called with a text for each omitted or truncated value.
 
     Raises:
         ValueTextError: the value can't be read.
@@ -93,7 +94,7 @@ class _Forms:
         return values[form]
 
     def _complete_forms(self) -> dict[str, Any]:
-        """Return the values by form, of the readable forms that contain the whole memory of the tag."""
+        """Return the values of the readable forms that contain the tag's whole memory, by form."""
         kind, dims, layouts = self._kind, self._dims, self._types.layouts
         values: dict[str, Any] = {}
         raw = self._raw_bytes() if layouts.is_known(kind) else None
@@ -121,7 +122,7 @@ class _Forms:
         return bytes_in(self._data[""].element) if "" in self._data else None
 
     def _decorated_form(self, *, keep_zeros: bool) -> Any:
-        """Return the value in decorated data; None if they are empty."""
+        """Return the value in decorated data; None if the data is empty."""
         kind, dims, data = self._kind, self._dims, self._data["Decorated"]
         reading = replace(self._reading, keep_zeros=keep_zeros)
         if isinstance(kind, Elementary) and not dims:
@@ -138,14 +139,14 @@ class _Forms:
         return _value(inner, kind, dims, reading)
 
     def _string_form(self) -> str | None:
-        """Return the characters of a string; None if it is empty, or the type is no string."""
+        """Return the characters of a string; None if it is empty, or the type is not a string."""
         kind = self._kind
         if not isinstance(kind, Structure) or not kind.is_string:
             return None
         return _truncated(unquoted_or_raise((self._data["String"].element.text or "").strip()), kind) or None
 
     def _incomplete_form(self) -> Any:
-        """Return the value of another form; None without one."""
+        """Return the value of another form; None if there is none."""
         kind, dims = self._kind, self._dims
         for form in _PARAMETER_FORMS:
             if form in self._data:
@@ -161,7 +162,7 @@ class _Forms:
         return None
 
     def _report_difference(self, values: Mapping[str, Any]) -> None:
-        """Report the first value of the first form that differs from another form."""
+        """Report the first value in the first form that differs from another form."""
         first = next(iter(values))
         for form in values:
             path = first_difference(self._kind, self._dims, values[first], values[form])
@@ -203,7 +204,7 @@ def _value(data: DecoratedValue, kind: DataType, dims: tuple[int, ...], reading:
 
 
 _ZEROS = ("0", "0.0", "0.00000000e+000")
-"""The most frequent values of an export: comparing them is faster than reading them."""
+"""The most frequent values in an export; comparing them is faster than reading them."""
 
 
 class _MemberEntry(NamedTuple):
@@ -245,7 +246,7 @@ def _characters(data: DecoratedValue, kind: Structure, reading: ValueReading) ->
 
 
 def _has_elements(data: DecoratedValue) -> bool:
-    """Return whether the characters of a string are elements of an array, not a text."""
+    """Return whether the characters of a string are array elements instead of text."""
     arrays = (inner for inner in data.inner if inner.tag == "ArrayMember")
     return any(element.tag == "Element" for array in arrays for element in array.inner)
 

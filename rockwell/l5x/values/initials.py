@@ -1,4 +1,4 @@
-"""Common parts of the readers of values: zeros are omitted, arrays are lists of lists."""
+"""Common parts of the value readers: zeros are omitted, and arrays are lists of lists."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .value_texts import ignored, value_of
 
 @dataclass(frozen=True, slots=True)
 class ValueReading:
-    """The options and remarks of reading a value."""
+    """The options for reading a value, and the remarks on it."""
 
     keep_zeros: bool = False  # whether zeros are kept, because the type has other initial values
     remark: Callable[[str], None] = ignored  # called with a text on each omitted or truncated value
@@ -35,7 +35,7 @@ def scalar(text: str | None, kind: Elementary, reading: ValueReading) -> Any:
 
 
 def nested(values: list[Any], kind: DataType, dims: tuple[int, ...]) -> Any:
-    """Return the values of an array as a list of lists, a level for each dimension, with zeros for None."""
+    """Return an array's values as lists of lists, with one level per dimension and zeros for None."""
 
     def zero() -> Any:
         if isinstance(kind, Elementary):

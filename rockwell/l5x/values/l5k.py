@@ -1,4 +1,4 @@
-"""L5K text to initial values: `[1.50000000e+000,[7,0],[0,5000,0]]`.
+"""Converts L5K text to initial values: `[1.50000000e+000,[7,0],[0,5000,0]]`.
 
 The text contains the values of all members in memory order, see `layouts`.
 """
@@ -28,7 +28,7 @@ UNREAD: Any = object()
 
 
 class OtherVersionError(ValueTextError):
-    """The data belong to another version of their type, or to a type with an unknown memory layout."""
+    """The data belongs to another version of its type, or to a type with an unknown memory layout."""
 
 
 _NUL = "$00"
@@ -146,7 +146,7 @@ def _l5k_structure(tree: Any, kind: Structure, reading: ValueReading) -> Any:
 
 
 def filled(value: Any, source: Any) -> Any:
-    """Return a value with `UNREAD` members taken from another form of it, or omitted if that lacks them."""
+    """Return a value with `UNREAD` members taken from another form, or omitted if that form lacks them."""
     if value is UNREAD:
         return source
     if isinstance(value, dict):

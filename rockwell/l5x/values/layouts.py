@@ -3,9 +3,9 @@
 | type | memory |
 |---|---|
 | TIMER, COUNTER, CONTROL | a word of status bits, then the members |
-| of the document | the members in order; bits are in hidden members |
+| defined by the document | the members in order; bits are in hidden members |
 | add-on instruction | parameters by value, then local tags, in order; BOOLs are bits of 32-bit words |
-| of a module | the members that its values show |
+| defined by a module | the members that its values show |
 
 A word of BOOLs is at the place of its first BOOL [1756-RM084S p. 131]. A value begins at a multiple of its
 size, a structure at a multiple of 4. A structure with an 8-byte value begins at a multiple of 8.
@@ -61,7 +61,7 @@ class Layouts:
     """The layouts of a document's types.
 
     Attributes:
-        eights: whether 8-byte values are at multiples of 8.
+        eights: whether 8-byte values begin at multiples of 8.
         own: types with all members known, by name in capitals.
         add_ons: add-on instructions by name in capitals, each with its members that no file contains.
     """
@@ -110,7 +110,7 @@ class Layouts:
         )
 
     def size(self, kind: DataType, dims: tuple[int, ...] = ()) -> int:
-        """Return the size of a value, bytes."""
+        """Return the size of a value, in bytes."""
         if kind is BOOL and dims:
             return -(-count_of(dims) // WORD_BITS) * WORD_BYTES
         element_size = self._memory(kind).size if isinstance(kind, Structure) else size_of(kind)
@@ -144,7 +144,7 @@ class Layouts:
         return WORD_BYTES if kind is BOOL else size_of(kind)
 
     def is_certain(self, kind: DataType) -> bool:
-        """Return whether all arrays in a type begin at multiples of 4, where every aligning agrees."""
+        """Return whether all arrays in a type begin at multiples of 4, where all alignments agree."""
         if isinstance(kind, Elementary) or kind.is_string:
             return True
         return all(

@@ -1,4 +1,4 @@
-"""BOOLs of module-defined types: bits of the preceding integer, although no file says so.
+"""BOOLs of module-defined types, which are bits of the preceding integer although no file says so.
 
 | BOOLs after an integer | bits |
 |---|---|
@@ -26,7 +26,7 @@ _AT_END = re.compile(r"_(\d{1,2})\Z")
 
 
 def with_bit_places(members: Iterable[Member], values: Mapping[str, str]) -> tuple[list[Member], list[str]]:
-    """Return the members of a module's type with places of bits, and the integers with unknown bits.
+    """Return the members of a module's type with the places of bits, and the integers with unknown bits.
 
     Args:
         values: the texts of single values by name.

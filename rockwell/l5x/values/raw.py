@@ -4,7 +4,8 @@
 |---|---|
 | BOOL | bit 0 of one byte; an array has one bit each, in groups of 32 |
 | SINT to LREAL | 1, 2, 4 or 8; in a structure at a multiple of its size |
-| structure | begins at a multiple of 4; with an 8-byte value at one of 8, from revision 27 [1756-RM100F] |
+| structure | begins at a multiple of 4; with an 8-byte value, at a multiple of 8 from revision 27 on
+[1756-RM100F] |
 | string | LEN, then the characters |
 
 The layout of predefined types other than timers, counters and controls is unknown.
@@ -23,7 +24,7 @@ from .layouts import Layouts
 
 
 def bytes_in(element: Element) -> bytes | None:
-    """Return the bytes in an element; None if it has another form."""
+    """Return the bytes in an element; None if it has a different form."""
     try:
         return bytes.fromhex(element.text or "")
     except ValueError:
@@ -43,7 +44,7 @@ class RawReader:
         self._data, self._layouts, self._keep_zeros = data, layouts, keep_zeros
 
     def read(self, kind: DataType, dims: tuple[int, ...]) -> Any:
-        """Return an initial value as in `Tag.initial`; None for zeros that are not kept."""
+        """Return an initial value as in `Tag.initial`; None for zeros that may be omitted."""
         return self._value(0, kind, dims) if self._keep_zeros or any(self._data) else None
 
     def _value(self, offset: int, kind: DataType, dims: tuple[int, ...]) -> Any:

@@ -32,7 +32,7 @@ _NANOSECONDS = {
 }
 
 TRUTH = {"true": "1", "false": "0"}
-"""Texts of BOOLs, in small letters."""
+"""Texts of BOOLs, in lowercase."""
 
 
 class ValueTextError(ValueError):
@@ -118,7 +118,7 @@ def unquoted_or_raise(text: str) -> str:
 
 
 def _date_of(date: re.Match[str]) -> int:
-    """Return the time from 1970 to a date: DT# in µs, LDT# in ns."""
+    """Return the time from 1970 to a date, in µs for DT# and in ns for LDT#."""
     try:
         moment = datetime.datetime(*(int(group) for group in date.groups()[:6]))  # type: ignore[arg-type]
     except ValueError:
@@ -134,7 +134,7 @@ def _date_of(date: re.Match[str]) -> int:
 
 
 def _duration_of(duration: re.Match[str]) -> int:
-    """Return a duration: T# and T32# in µs, LT# in ns."""
+    """Return a duration, in µs for T# and T32# and in ns for LT#."""
     prefix, sign, parts = duration.groups()
     total_ns = 0
     for whole, fraction, unit in _PART.findall(parts.lower()):
@@ -145,7 +145,7 @@ def _duration_of(duration: re.Match[str]) -> int:
 
 
 def _real_of(text: str) -> float:
-    """Return a real number, also infinite or not a number in the notation of Logix, as `1.$`."""
+    """Return a real number, including infinity and not-a-number in Logix notation, such as `1.$`."""
     text = text.strip()
     try:
         return float(text)

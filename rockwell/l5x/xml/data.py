@@ -1,4 +1,4 @@
-"""Decorated data, which make up most of a document: cut out of it, and parsed tag by tag.
+"""Cuts decorated data, which is most of a document, out of the document and parses it tag by tag.
 
 Parsed elements use sixteen times the memory of their text.
 
@@ -44,13 +44,13 @@ _TEXT = r"((?:(?!\]\]>)[^\x00-\x1f\ufffe\uffff])*+)"
 _CHARACTERS = rf"(?:{_BLANK}*<!\[CDATA\[{_TEXT}\]\]>{_BLANK}*(?=</DataValueMember>))?"
 _MARK = rf"<({_TAG}){_NAME}{_TYPE}{_VALUE}(/)?>{_CHARACTERS}|</(\w+)>|([^ \t\r\n])"
 _ZERO = r'<DataValueMember Name="\w+" DataType="\w+"(?: Radix="[\w/ ]+")? Value="(?:0|0\.0)"/>'
-"""A member with the value 0: half of the members of an export."""
+"""A member with the value 0, which is half of all members in an export."""
 
 _MARKS = {
     True: re.compile(rf"{_BLANK}*+(?:{_MARK})", re.ASCII),
     False: re.compile(rf"(?:{_BLANK}|{_ZERO})*+(?:{_MARK})", re.ASCII),
 }
-"""The pattern that finds one tag after another; the key says whether members with the value 0 are found."""
+"""The pattern that finds one tag after another; the key tells whether it finds members with the value 0."""
 
 _HEAD, _TAIL = '<Data Format="Decorated">', "</Data>"
 
@@ -125,7 +125,7 @@ class Data:
 
     @property
     def element(self) -> Any:
-        """The element; parsed again each time if it was cut out."""
+        """The element, which is parsed again each time if it was cut out."""
         if self._text is None or self._parse is None:
             return self._element
         return self._parse(self._text, self._element.sourceline)
@@ -141,7 +141,7 @@ class Data:
 def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
     """Cut the decorated data out of a document; return the document and the decorated data.
 
-    Line breaks stay, so that lines keep their numbers. Nothing is cut out of a document with an attribute
+    Line breaks remain, so lines keep their numbers. Nothing is cut out of a document with an attribute
     `Cut`, or with an unfinished comment, CDATA section or value.
     """
     if _CUT.search(data):
@@ -166,7 +166,7 @@ def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
 
 
 def _end_of_data(data: bytes, position: int) -> int:
-    """Return the end of the `Data` element that a position is in; -1 without an end."""
+    """Return the end of the `Data` element that contains a position; -1 if the element has no end."""
     while position >= 0:
         match = _END.search(data, position)
         if match is None:

@@ -46,7 +46,7 @@ _KINDS = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCConte
 
 
 def read_document(path: Path) -> L5xDocument:
-    """Read an L5X file; raise an L5xError if it is another file, or has content that no export has."""
+    """Read an L5X file; raise an L5xError if it is not an L5X, or has content that no export has."""
     return parse_document(read_bytes(path), str(path))
 
 

@@ -15,7 +15,7 @@ def number_of(text: str) -> int | None:
 
 
 def text_of(element: Any) -> str:
-    """Return the text of an element; if it is in several languages, the text in the first one."""
+    """Return the text of an element; if it is in several languages, return the first one."""
     if element is None:
         return ""
     if not len(element):
@@ -69,7 +69,7 @@ def defined(element: Any, *path: str) -> Iterator[Any]:
 def defined_routines(program: Any) -> Iterator[Any]:
     """Yield the routines that the export defines, except encoded ones.
 
-    In a partial export, a routine of the context without content is only a reference.
+    In a partial export, a context routine without content is only a reference.
     """
     for routine in defined(program, "Routines", "Routine"):
         has_content = any(str(part.tag).endswith("Content") for part in routine)

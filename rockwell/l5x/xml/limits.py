@@ -1,4 +1,4 @@
-"""Limits of a document's content; limits of its XML are in `parsing`.
+"""Limits for a document's content; limits for its XML are in `parsing`.
 
 All logic of a document is compiled for the trial, so time and memory depend on these counts. The largest
 controllers have about 15,000 rungs. A document beyond a limit is refused before anything is built.
@@ -13,11 +13,11 @@ from .parsing import L5xError
 from .records import L5xDocument, RoutineRecord
 
 MOST_IN_RUNG = 5_000
-"""Maximum instructions in a rung; only the rung is refused if it has more."""
+"""Maximum number of instructions in a rung; only the rung is refused if it has more."""
 
 
 class Limit(NamedTuple):
-    """A limit of a document's content."""
+    """A limit for a document's content."""
 
     most: int
     noun: str  # for messages

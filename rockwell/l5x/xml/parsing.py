@@ -23,10 +23,10 @@ ROOT = "RSLogix5000Content"
 """The root element of an L5X."""
 
 MOST_BYTES = 64 << 20
-"""Maximum bytes of a file."""
+"""Maximum size of a file, in bytes."""
 
 MOST_MARKS = 1_350_000
-"""Maximum tags, attributes and texts: libxml2 takes up to 260 bytes for each."""
+"""Maximum number of tags, attributes and texts; libxml2 needs up to 260 bytes for each."""
 
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -59,7 +59,7 @@ class FileText(NamedTuple):
     encoding: str
 
     def bytes_of(self, text: bytes) -> bytes:
-        """Return the file with another text; characters that its encoding lacks become `&#8364;`."""
+        """Return the file with new text; characters that its encoding lacks become codes like `&#8364;`."""
         if self.encoding == "utf-8":
             return self.lead + text
         return self.lead + text.decode().encode(self.encoding, "xmlcharrefreplace")
@@ -98,7 +98,7 @@ def parsed(data: bytes, file: str, line: int = 1) -> Any:
 
 
 def root_of(data: bytes, file: str) -> Any:
-    """Return the root of an L5X; raise an L5xError for another document."""
+    """Return the root of an L5X; raise an L5xError for any other document."""
     root = parsed(data, file)
     if root.tag != ROOT:
         raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}; the root of an L5X is {ROOT}")
@@ -114,7 +114,7 @@ def _marks(data: bytes) -> int:
 
 
 def decoded(data: bytes, file: str) -> FileText:
-    """Decode a file by its byte order mark, UTF-16 zeros or XML declaration, otherwise as UTF-8.
+    """Decode a file according to its byte order mark, UTF-16 zeros or XML declaration, or else as UTF-8.
 
     Raises:
         L5xError: the bytes can't be decoded.

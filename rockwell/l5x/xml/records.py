@@ -205,7 +205,7 @@ class L5xDocument:
             yield from ((owner.name, routine) for routine in owner.routines)
 
     def release(self) -> None:
-        """Release the XML of values, which takes ten times the memory of the rest."""
+        """Release the XML of values, which uses ten times the memory of everything else."""
         for owner in self._with_data():
             owner.data.clear()
             owner.forced.clear()

@@ -3,8 +3,8 @@
     <Rung Number="0" Type="N"><Text>XIC(Go);</Text></Rung>
     ^begin                    ^inner               ^close ^end
 
-The found elements are the ones that exports and edits change: the parts of the controller, its programs,
-their tags and routines, and rungs with their texts.
+It finds only the elements that exports and edits change: the parts of the controller, its programs, their
+tags and routines, and rungs with their texts.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _BLANKS = b" \t\r\n"
 
 
 class Splice(NamedTuple):
-    """A text that replaces the bytes from `begin` to `end`; it is an insertion if they are equal."""
+    """Text that replaces the bytes from `begin` to `end`; it is inserted if they are equal."""
 
     begin: int
     end: int
@@ -51,9 +51,9 @@ class Span:
     """The positions of an element.
 
     Attributes:
-        begin: of its `<`.
+        begin: the position of its `<`.
         inner: the end of its start tag.
-        close: the begin of its end tag.
+        close: the beginning of its end tag.
         end: the end of the element.
     """
 
@@ -87,7 +87,7 @@ class L5xText:
     """The text of an L5X with the positions of its elements.
 
     Attributes:
-        text: as UTF-8, from the first `<`.
+        text: the text as UTF-8, from the first `<`.
         root: the root element.
         newline: the end of a line in the file.
     """
@@ -116,7 +116,7 @@ class L5xText:
         return 1 + self._decoded.lead.count(b"\n") + self.text.count(b"\n", 0, position)
 
     def spliced(self, splices: Iterable[Splice]) -> bytes:
-        """Return the bytes of the file with splices applied, which must not overlap."""
+        """Return the bytes of the file with splices applied; they must not overlap."""
         pieces, position = [], 0
         for begin, end, text in sorted(splices, key=lambda splice: (splice.begin, splice.end)):
             pieces += [self.text[position:begin], text]
@@ -124,7 +124,7 @@ class L5xText:
         return self._decoded.bytes_of(b"".join((*pieces, self.text[position:])))
 
     def characters(self, text: str) -> bytes:
-        """Return a text as the content of an element, if possible as a CDATA section."""
+        """Return text as the content of an element, as a CDATA section if possible."""
         text = escaped(text)
         try:
             text.encode(self._decoded.encoding)

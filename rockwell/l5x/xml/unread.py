@@ -1,4 +1,4 @@
-"""Parts and attributes of a document that scanrack does not read; the file keeps them, the report names them.
+"""Finds the parts and attributes that scanrack does not read; the file keeps them, and the report names them.
 
 Each release of Studio 5000 adds some.
 """
@@ -118,7 +118,7 @@ def _unknown_parts() -> tuple[XPath, ...]:
 
 
 def unread(root: Any) -> list[tuple[str, str, int]]:
-    """Return the name, a description and the line of each part or attribute that is not read, by line."""
+    """Return the name, description and line of each part or attribute that is not read, sorted by line."""
     rows = []
     for find in _unknown_parts():
         for child in find(root):

@@ -16,19 +16,19 @@ def element(parent: Any, name: str, **attributes: str) -> Any:
 
 
 def text_element(parent: Any, name: str, text: str) -> None:
-    """Add an element with a text, unless the text is empty."""
+    """Add an element with text, unless the text is empty."""
     if text:
         element(parent, name).text = cdata(text)
 
 
 def cdata(text: str) -> Any:
-    """Return a text, if possible as a CDATA section."""
+    """Return text, as a CDATA section if possible."""
     text = escaped(text)
     return text if "]]>" in text else etree.CDATA(text)
 
 
 def flag(on: bool) -> str:
-    """Return an attribute that is true or false."""
+    """Return the text of an attribute that is true or false."""
     return "true" if on else "false"
 
 

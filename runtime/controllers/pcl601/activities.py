@@ -20,7 +20,7 @@ from enum import Enum, auto
 
 
 class AxisActivity(Enum):
-    """Activity of the axis; see the table above."""
+    """An activity of the axis; see the table above."""
 
     INDEX = auto()
     SLEW = auto()

@@ -1,4 +1,4 @@
-"""Encoder autocorrect: the missing motor steps after an index move [Encoder Commands].
+"""Encoder autocorrect: makes up the missing motor steps after an index move [Encoder Commands].
 
 expected = encoder at the start + distance * ratio
 |expected - encoder| <= window        done
@@ -18,11 +18,11 @@ class Autocorrect:
     """The encoder check of one index move.
 
     Attributes:
-        delay_ns: wait between the motion and the read of the encoder.
+        delay_ns: wait between the end of the motion and the reading of the encoder.
         retries_left: remaining corrections.
 
     Args:
-        registers: the registers at the start of the move.
+        registers: register values at the start of the move.
         distance: steps of the move, with sign.
     """
 

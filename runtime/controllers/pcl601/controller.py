@@ -1,7 +1,7 @@
 """A PCL601 without its line: registers, command codes, inputs, outputs, errors.
 
-Both protocols and the stored program use the same methods. A method that refuses sets an error bit and
-returns False.
+Both protocols and the stored program call the same methods. A method that refuses a request sets an error bit
+and returns False.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .wiring import Wiring
 
 
 class Protocol(Enum):
-    """Protocol of the line."""
+    """Protocol used on the line."""
 
     MODBUS = auto()
     ASCII = auto()
@@ -41,7 +41,7 @@ class Pcl601Controller:
 
     Attributes:
         outputs: output register; bit 0 is output 1.
-        runner: the stored program, None if the memory is empty.
+        runner: the stored program, or None if the memory is empty.
         autorun: whether the program starts at power-up; non-volatile.
 
     Args:
@@ -69,7 +69,7 @@ class Pcl601Controller:
     # power and time
 
     def power_up(self, now_ns: int) -> None:
-        """Restart, as after power-up or the reset button: only non-volatile values stay.
+        """Restart, as after power-up or a press of the reset button; only non-volatile values survive.
 
         The restart clears error bits, switches outputs off and selects Modbus RTU.
         """
@@ -112,7 +112,7 @@ class Pcl601Controller:
         self._due_ns = self._next_event_ns()
 
     def _run_program(self, now_ns: int) -> bool:
-        """Carry out an instruction of the stored program; return whether one was due."""
+        """Carry out the stored program's next instruction if it is due; return whether it was."""
         if self.runner is None or self.runner.next_wake_ns is None or self.runner.next_wake_ns > now_ns:
             return False
         self.runner.advance(now_ns, self)
@@ -131,17 +131,17 @@ class Pcl601Controller:
 
     @property
     def busy(self) -> bool:
-        """Whether a motion is in progress, even if the stored program waits."""
+        """Whether a motion is in progress, even if the stored program is waiting."""
         return self.axis.busy
 
     @property
     def program_running(self) -> bool:
-        """Whether a stored program runs."""
+        """Whether a stored program is running."""
         return self.runner is not None and self.runner.running
 
     @property
     def output_pins(self) -> int:
-        """The outputs, including a pulse of the output on the fly."""
+        """The outputs, including a pulse from the output on the fly."""
         return self.outputs | (ON_FLY_OUTPUT if self.axis.fly.until_ns is not None else 0)
 
     def read(self) -> Values:
@@ -180,9 +180,9 @@ class Pcl601Controller:
         return errors
 
     def send_text(self, text: str) -> bool:
-        """Send a text of the stored program, followed by CR unless it ends in a line feed.
+        """Send a text from the stored program, followed by CR unless the text ends in a line feed.
 
-        In Modbus mode, refuse it with the mode error.
+        In Modbus mode, refuse the text with the mode error.
         """
         if self.protocol is not Protocol.ASCII:
             return self.refuse(Error.MODE)
@@ -206,14 +206,14 @@ class Pcl601Controller:
         return True
 
     def written(self, register: Register) -> None:
-        """Select the target of the next Go if its register was written."""
+        """If the register sets a target for Go, make it the target of the next Go."""
         if register is Register.STEPS:
             self._aim = Aim.STEPS
         elif register is Register.ABS_TARGET:
             self._aim = Aim.POSITION
 
     def set_outputs(self, outputs: int, mask: int = 0xFF) -> bool:
-        """Set the outputs of a mask; return True, as for any command."""
+        """Set the outputs that a mask selects; return True, since this is never refused."""
         self.outputs = self.outputs & ~mask | outputs & mask
         return True
 
@@ -233,14 +233,14 @@ class Pcl601Controller:
         return self._codes[Code(code)]()
 
     def command(self, code: int) -> bool:
-        """Carry out a command code of the stored program; its hard stop does not end the program."""
+        """Carry out a command code from the stored program; a hard stop does not end the program."""
         if code == Code.STOP_MOTION:
             self.axis.stop_hard()
             return True
         return self.do(code)
 
     def stop_everything(self) -> None:
-        """Stop the motion without a ramp, and the stored program: code 5 and `.`."""
+        """Stop the motion without a ramp and stop the stored program, as code 5 and `.` do."""
         self.axis.stop_hard()
         if self.runner is not None:
             self.runner.stop()
@@ -284,21 +284,21 @@ class Pcl601Controller:
         return self.move_to(self.values[Register.ABS_TARGET])
 
     def move(self, steps: int) -> bool:
-        """Index a number of steps in the direction of the direction register; 0 does not move."""
+        """Index a number of steps in the direction set by the direction register; 0 does not move."""
         direction = 1 if self.values[Register.DIRECTION] else -1
         if not ROWS[Register.STEPS].allows(steps):
             return self.refuse(Error.RANGE)
         return self.index(direction * steps)
 
     def move_to(self, position: int) -> bool:
-        """Index to a position of the position register."""
+        """Index to an absolute position."""
         distance = position - self.values[Register.POSITION]
         if not ROWS[Register.ABS_TARGET].allows(position) or abs(distance) > POSITION_LIMIT:
             return self.refuse(Error.RANGE_OVERFLOW)
         return self.index(distance)
 
     def index(self, distance: int) -> bool:
-        """Index over a signed distance, to a position within the register's range."""
+        """Index by a signed distance; refuse it if the target is outside the position register's range."""
         if self.busy:
             return self.refuse(Error.BUSY)
         if distance and abs(distance) > self.axis.steps_in_range(1 if distance > 0 else -1):
@@ -311,7 +311,7 @@ class Pcl601Controller:
         return True
 
     def repeat(self) -> bool:
-        """Repeat the last index, with its length and direction."""
+        """Repeat the last index with the same length and direction."""
         return self.index(self._last_distance)
 
     def _begin_endless(self, begin: Callable[[], None]) -> bool:
@@ -348,17 +348,17 @@ class Pcl601Controller:
         return self.inputs.raw()
 
     def move_thumbwheel(self) -> bool:
-        """Read the thumbwheel, and index by its value."""
+        """Read the thumbwheel, and index by that number of steps."""
         steps = self.inputs.thumbwheel()
         return steps is not None and self.move(steps)
 
     def move_to_analog(self) -> bool:
-        """Read the voltage on input 1, and index to its position."""
+        """Read the voltage on input 1, and index to the position that it selects."""
         position = self.inputs.analog_position()
         return position is not None and self.move_to(position)
 
     def _write_input(self, register: Register, value: int | None) -> bool:
-        """Write a value that was read from an input; None is a refused read."""
+        """Write a value that was read from an input; return False for None, a refused read."""
         return value is not None and self.write(register, value)
 
     # program

@@ -1,4 +1,4 @@
-"""AA ASCII: the direct mode of terminal programs [Anaheim Automation ASCII, Direct Talk].
+"""AA ASCII: the direct mode for terminal programs [Anaheim Automation ASCII, Direct Talk].
 
     @1M2000 CR          device 1: maximum speed 2000; no reply
     @1VM CR             2000 CR LF
@@ -66,7 +66,7 @@ class Direct:
         self._line = None
 
     def receive(self, character: int) -> bytes:
-        """Receive a character; return the reply to a line that is now complete, otherwise no bytes."""
+        """Receive a character; if it completes a line, return the reply, otherwise no bytes."""
         if character == START:
             self._line = bytearray()
         elif self._line is None or character in FLOW_CONTROL:
@@ -82,7 +82,7 @@ class Direct:
         return b""
 
     def _execute_line(self, line: str) -> bytes:
-        """Carry out a line to this device; return the reply."""
+        """Carry out a line addressed to this device; return the reply."""
         match = LINE.fullmatch(line)
         if match is None:
             return b""
@@ -107,12 +107,12 @@ class Direct:
         return self._actions[command.action](command, parameters)
 
     def _refuse(self, error: Error) -> str | None:
-        """Set an error bit; return no reply."""
+        """Set an error bit; return None, for no reply."""
         self._controller.report(error)
         return None
 
     def _without_parameters(self, action: Callable[[], str | None]) -> Callable[[Command, str], str | None]:
-        """Return the action of a command that refuses parameters."""
+        """Wrap the action of a command without parameters so that it refuses any."""
 
         def check_and_act(_: Command, parameters: str) -> str | None:
             return self._refuse(Error.RANGE) if parameters else action()
@@ -122,7 +122,7 @@ class Direct:
     # commands that set
 
     def _set(self, command: Command, parameters: str) -> str | None:
-        """Write a number to the command's register; without a number, do the command's code."""
+        """Write a number to the command's register; without a number, carry out the command's code."""
         register, controller = command.register, self._controller
         if register is None:
             return self._refuse(Error.COMMAND)
@@ -168,7 +168,7 @@ class Direct:
         return None
 
     def _flag(self, parameters: str) -> int | None:
-        """Return 0 or 1; for another value, set an error bit and return None."""
+        """Return 0 or 1; for any other value, set an error bit and return None."""
         if parameters not in FLAGS:
             self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
         return FLAGS.get(parameters)

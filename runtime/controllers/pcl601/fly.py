@@ -17,16 +17,16 @@ from scanrack.io_images.pcl601.terminals import ON_FLY_PULSE_NS
 from .register_values import Values
 
 POSITIONS_MAX = 100_000
-"""Number of latest pulses with known positions."""
+"""Maximum number of pulses whose positions are kept; the latest ones are kept."""
 
 
 class OutputOnFly:
     """Output 1 during index moves.
 
     Attributes:
-        next_position: position of the next pulse, None without one.
+        next_position: position of the next pulse, or None if there is none.
         positions: position register at each pulse so far.
-        until_ns: end of the present pulse, None between pulses.
+        until_ns: end of the present pulse, or None between pulses.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class OutputOnFly:
         self.until_ns = None
 
     def settle(self, now_ns: int, position: int) -> bool:
-        """Begin or end a pulse that is due; return whether one was due."""
+        """Begin or end a pulse if that is due; return whether it was."""
         if self.until_ns is not None and now_ns >= self.until_ns:
             self.until_ns = None
             return True

@@ -23,7 +23,7 @@ class Inputs:
         motor: the motor that operates contacts by its position.
         wiring: SW2 and the thumbwheel.
         values: the registers with enable bits and ranges.
-        report: sets an error bit.
+        report: function that sets an error bit.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Inputs:
         return ~self.grounded() & ALL_INPUTS | self._values[Register.ANALOG_ENABLE]
 
     def active(self) -> int:
-        """Return Modbus's input register: inputs 1 to 6 and both limits; an analog input 1 is active."""
+        """Return the Modbus input register: inputs 1 to 6 and both limits; an analog input 1 is active."""
         bits = self.grounded() | self._values[Register.ANALOG_ENABLE]
         return bits | self.hard_limit << HARD_LIMIT_BIT | self.soft_limit << SOFT_LIMIT_BIT
 

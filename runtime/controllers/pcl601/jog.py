@@ -1,4 +1,4 @@
-"""The jog inputs, which select a direction [Jog Inputs]."""
+"""The jog inputs, which select the direction of a jog [Jog Inputs]."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class JogInputs:
         self._released = True
 
     def wait_for_release(self, waiting: bool = True) -> None:
-        """Ignore the inputs until both have been open."""
+        """Ignore the direction inputs until both have been open."""
         self._released = not waiting
 
     def selected(self) -> int:
-        """Return the selected direction if the limits allow it; 0 for no input or both inputs."""
+        """Return the selected direction if the limits allow it; 0 if none or both are selected."""
         position = self._motor.position
         directions = [
             direction for direction, name in JOG_INPUTS.items() if self._pins.grounded(name, position)

@@ -2,8 +2,8 @@
 
     power-up, reset, |  ------->  Modbus RTU, 8E1  ------ code 11 ----->  AA ASCII, 8N1
 
-In Modbus a frame ends with the silence after it, and the reply follows. In ASCII a line ends with CR, and the
-reply follows at once.
+In Modbus a frame ends with the silence after it, and then the reply follows. In ASCII a line ends with CR,
+and the reply follows immediately.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ FORMATS = {Protocol.MODBUS: pcl601_frames.LINE_FORMAT, Protocol.ASCII: pcl601_as
 
 BROADCAST = 0
 WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
-"""Functions that write; only these functions may be broadcast."""
+"""Functions that write; only these may be broadcast."""
 
 _BIT_NS = 1_000_000_000 / pcl601_frames.LINE_FORMAT.baud
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
-"""A silence of 3.5 t_char ends a frame; a pause of 1.5 t_char in a frame spoils it [Message Framing]."""
+"""A silence of 3.5 t_char ends a frame; a pause of 1.5 t_char inside it spoils it [Message Framing]."""
 
 
 class Pcl601:
@@ -39,11 +39,11 @@ class Pcl601:
     Args:
         address: the saved address, 1 to 99 (0 to 99 with AA ASCII's `~`).
         wiring: SW2 and the thumbwheel.
-        runner: the saved program, which does not start now.
+        runner: the saved program, which does not start yet.
         timing: the silence that separates frames.
 
     Raises:
-        ValueError: an invalid address.
+        ValueError: the address is invalid.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Pcl601:
 
     @property
     def line_format(self) -> LineFormat:
-        """The line format; the reply to a switch to ASCII still uses Modbus's format."""
+        """The line format; the reply to the command that switches to ASCII still uses the Modbus format."""
         return self._format
 
     @property
@@ -97,7 +97,7 @@ class Pcl601:
         return min(wake_ns, deadline_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Receive characters without gaps; the last one is complete at `now_ns`."""
+        """Receive characters that arrive without gaps; the last one is complete at `now_ns`."""
         self._format = self._present_format
         self._now_ns = now_ns
         if self.controller.protocol is Protocol.ASCII:
@@ -142,7 +142,7 @@ class Pcl601:
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is running."""
+        """Whether a motion is in progress."""
         return self.controller.axis.busy
 
     def power_cycle(self, now_ns: int) -> None:
@@ -154,7 +154,7 @@ class Pcl601:
         self._format = self._present_format
 
     def _carry_out(self, now_ns: int, request: bytes) -> None:
-        """Carry out a frame to this device or a broadcast write."""
+        """Carry out a frame addressed to this device, or a broadcast write."""
         address, pdu = request[0], request[1:-2]
         own_address = self.controller.values[Register.ADDRESS]
         if address == BROADCAST:

@@ -1,6 +1,6 @@
 """The nine Modbus functions, from request to reply [Appendix 3].
 
-Frames as printed, less address and CRC:
+Frames as printed in the manual, without address and CRC:
 
     01 02 03 04   first address, quantity          byte count, data
     05 06         address, value                   the request again
@@ -8,10 +8,10 @@ Frames as printed, less address and CRC:
                   byte count, data
     11            -                                05, address, "1.00"
 
-The reply to a refused request is an exception, which the manual does not print: 1 unknown function, 2 outside
-the map or read only, 3 quantity, byte count or value, 6 while a program runs or a motion locks the register.
-A request is refused as a whole. Quantity and byte count are checked before the address [Modbus V1.1b3, 6.11
-and 6.12].
+The reply to a refused request is an exception; the manual does not list the codes: 1 unknown function, 2
+outside the map or read only, 3 quantity, byte count or value, 6 while a program runs or a motion locks the
+register. A request is refused as a whole. Quantity and byte count are checked before the address [Modbus
+V1.1b3, 6.11 and 6.12].
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from ...line.pcl601_pdus import Pcl601Identity
 from .controller import Pcl601Controller
 
 WORD_PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
-"""Register and first bit of each data word."""
+"""Register of each data word, and the bit at which the word begins in that register."""
 
 
 class Modbus:
-    """Carries out Modbus requests on a controller."""
+    """Carries out Modbus requests for a controller."""
 
     def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
@@ -99,7 +99,7 @@ class Modbus:
         return reply_to_write(request)
 
     def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
-        """Check all values, then store all; carry out a command last."""
+        """Check all values, then store them all; carry out a command last."""
         first, values = request.address, request.registers
         if first + len(values) > WORD_COUNT:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
@@ -152,5 +152,5 @@ def _check_span(request: ModbusPDU, size: int) -> None:
 
 
 def _bits_reply(request: ModbusPDU, number: int) -> ModbusPDU:
-    """Return the reply with bits of a number."""
+    """Return the reply that contains the requested bits of a number."""
     return reply_with(request, bits_of(number >> request.address, request.count))

@@ -4,7 +4,7 @@ Encoder models:
 
     ideal             counts every step, including corrections
     stuck             never counts, though the motor turns
-    lose_steps_once   in the first index move the shaft misses some steps from the 101st on, and the
+    lose_steps_once   in the first index move the shaft loses some steps from the 101st on, and the
                       encoder counts the shaft's motion
 """
 
@@ -16,12 +16,12 @@ from typing import Literal
 EncoderKind = Literal["ideal", "stuck", "lose_steps_once"]
 
 STEPS_BEFORE_LOSS = 100
-"""Steps of the first index move before the loss."""
+"""Number of steps in the first index move before the loss."""
 
 
 @dataclass(frozen=True, slots=True)
 class EncoderModel:
-    """An encoder on the motor's shaft."""
+    """Model of an encoder on the motor's shaft."""
 
     ratio: int = 1  # counts per motor step
     model: EncoderKind = "ideal"  # see above
@@ -29,7 +29,7 @@ class EncoderModel:
 
 
 class Motor:
-    """The motor's position, and its encoder.
+    """The motor's position and encoder.
 
     Args:
         encoder: the encoder on its shaft, or None.
@@ -51,16 +51,16 @@ class Motor:
         self._index_losses = 0
 
     def end_motion(self) -> None:
-        """End the motion: the shaft loses no more steps."""
+        """End the motion; the shaft loses no more steps."""
         self._steps_to_lose = 0
 
     def steps_to(self, position: int) -> int:
-        """Return the number of clock pulses to a position."""
+        """Return the number of clock pulses needed to reach a position."""
         distance = abs(position - self.position)
         return distance + self._steps_to_lose if distance > self._steps_before_loss else distance
 
     def turn(self, direction: int, steps: int) -> int:
-        """Follow a number of clock pulses; return the encoder's counts."""
+        """Turn by a number of clock pulses; return the change in encoder counts."""
         steps_made = steps
         if self._steps_to_lose:
             steps_before = min(steps, self._steps_before_loss)

@@ -1,9 +1,9 @@
-"""The axis: motions from command to end, and their reactions to limits, switches and marks.
+"""The axis: motions from start to end, and how they react to limits, switches and marks.
 
-`activities` has the table of activities and of their ends.
+The table in `activities` lists the activities and how they end.
 
-Nothing is sampled: `next_event_ns` is the instant of the next step at an input, the next end or the next
-timer, at which the caller must call `settle`. Between events, a motion is a closed form of time.
+Nothing is sampled. `next_event_ns` returns the next instant at which the caller must call `settle`: a step at
+which an input may change, the end of a motion, or a timer. Between events, a motion is a closed form of time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .register_values import Values
 from .speeds import Pcl601Speeds
 
 MSPS = 1000
-"""Units of a motion's speed, 1e-3 step/s, in a step/s."""
+"""Number of motion speed units (1e-3 step/s) in one step/s."""
 
 
 class SimulatedPcl601Axis:
@@ -36,8 +36,8 @@ class SimulatedPcl601Axis:
 
     Args:
         values: the registers, which contain position and encoder count.
-        report: sets an error bit.
-        retries_failed: switches output 8 on.
+        report: function that sets an error bit.
+        retries_failed: function that switches output 8 on.
     """
 
     def __init__(
@@ -73,16 +73,16 @@ class SimulatedPcl601Axis:
 
     @property
     def busy(self) -> bool:
-        """Whether motion is in progress, including the encoder's delay and corrections."""
+        """Whether a motion is in progress, including the encoder's delay and corrections."""
         return self.activity is not None
 
     def steps_in_range(self, direction: int) -> int:
-        """Return the steps from the position to the end of its range; 0 outside the range."""
+        """Return the steps to the end of the position's range in a direction; 0 outside the range."""
         position = self._values[Register.POSITION]
         return POSITION_LIMIT - direction * position if abs(position) <= POSITION_LIMIT else 0
 
     def index(self, now_ns: int, distance: int) -> None:
-        """Begin an index move over a distance in steps, not 0, unless a hard limit blocks it."""
+        """Begin an index move over a nonzero distance in steps, unless a hard limit blocks it."""
         direction = 1 if distance > 0 else -1
         self._set_direction(direction)
         if self._at_limit(HARD_LIMITS, direction):
@@ -94,13 +94,13 @@ class SimulatedPcl601Axis:
             self._autocorrect = Autocorrect(self._values, distance)
 
     def slew(self, now_ns: int) -> None:
-        """Begin to slew in the direction of the direction register."""
+        """Begin to slew in the direction set by the direction register."""
         self._begin_endless(now_ns, AxisActivity.SLEW)
         values = self._values
         self._registration = values[Register.STEPS] if values[Register.INDEX_ON_FLY] else 0
 
     def home(self, now_ns: int, activity: AxisActivity) -> None:
-        """Begin to home, `HOME_0` or `HOME_1`, in the direction of the direction register."""
+        """Begin to home, as `HOME_0` or `HOME_1`, in the direction set by the direction register."""
         self._begin_endless(now_ns, activity)
 
     def stop_hard(self) -> None:
@@ -125,7 +125,7 @@ class SimulatedPcl601Axis:
     # time
 
     def advance(self, now_ns: int) -> None:
-        """Make the steps up to `now_ns`, which is at most `next_event_ns`."""
+        """Make the steps up to `now_ns`, which must not be after `next_event_ns`."""
         if self._motion is not None:
             steps = self._motion.steps_at(now_ns)
             if self._halt_steps is not None:
@@ -150,7 +150,7 @@ class SimulatedPcl601Axis:
         return min((instant for instant in instants if instant is not None), default=None)
 
     def _steps_with_events(self) -> list[int]:
-        """Return the steps of the motion at which an event is possible."""
+        """Return the step numbers of the motion at which an event is possible."""
         steps = []
         edge = self._pins.next_edge(self._motor.position, self.direction)
         if edge is not None:
@@ -227,7 +227,7 @@ class SimulatedPcl601Axis:
         return grounded and self._registration > 0 and self._steps_made > 0
 
     def _register(self, now_ns: int) -> None:
-        """Continue for a number of steps after the mark, ramp included; cut a ramp that does not fit."""
+        """Continue for a set number of steps after the mark, ramp included; cut a ramp that does not fit."""
         self.activity = AxisActivity.REGISTERED
         try:
             self._motion = go_on(self._running, now_ns, self._registration, self.speeds.profile())
@@ -271,7 +271,7 @@ class SimulatedPcl601Axis:
     # encoder
 
     def _begin_settling(self, now_ns: int) -> None:
-        """End the motion, and wait the encoder's delay before the check."""
+        """End the motion, and wait for the encoder's delay before the check."""
         autocorrect = self._autocorrect
         self._end()
         if autocorrect is not None:

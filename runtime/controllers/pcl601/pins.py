@@ -11,18 +11,18 @@ from ...machine.contacts import GROUND, OPEN, Contact, nearest_edge
 
 FULL_SCALE_VOLTS = 5
 HIGH_VOLTS = 2
-"""Lowest voltage at which input 1 is high; the manual has no figure."""
+"""Lowest voltage at which input 1 is high; the manual gives no value."""
 
 
 class Pcl601Pins:
-    """The fourteen inputs, at first without wires: input 1 is high, all others are open."""
+    """The fourteen inputs, initially unwired: input 1 is high, all others are open."""
 
     def __init__(self) -> None:
         self._contacts = dict.fromkeys(INPUTS, OPEN)
         self._volts: Fraction | None = None
 
     def connect(self, name: str, contact: Contact) -> None:
-        """Wire a contact to an input; on input 1 a closed contact is 0 V, an open contact 5 V."""
+        """Wire a contact to an input; on input 1, a closed contact applies 0 V and an open contact 5 V."""
         self._contacts[name] = contact
         if name == "in1":
             self._volts = None
@@ -33,11 +33,11 @@ class Pcl601Pins:
         self._volts = volts
 
     def grounded(self, name: str, position: int) -> bool:
-        """Return whether an input is grounded with the motor at a position."""
+        """Return whether an input is grounded when the motor is at a position."""
         return self._contacts[name].closed(position)
 
     def volts(self, position: int) -> Fraction:
-        """Return the voltage on input 1."""
+        """Return the voltage on input 1 when the motor is at a position."""
         if self._volts is not None:
             return self._volts
         return Fraction(0 if self.grounded("in1", position) else FULL_SCALE_VOLTS)
@@ -47,5 +47,5 @@ class Pcl601Pins:
         return (self.grounded(name, position) for name in GENERAL_INPUTS)
 
     def next_edge(self, position: int, direction: int) -> int | None:
-        """Return the next position, in a direction, at which any input changes, or None."""
+        """Return the next position in a direction at which any input changes, or None."""
         return nearest_edge(self._contacts.values(), position, direction)

@@ -2,7 +2,7 @@
 
 ground, open, high      fixed level; an open input 1 has no pull-up and is at 0 V
 2.5V                    analog voltage on input 1
-9000..  ..-3000  5..10  switch to ground, closed at these positions of the motor
+9000..  ..-3000  5..10  switch to ground, closed at these motor positions
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def connect(pins: Pcl601Pins, name: str, state: str) -> None:
     """Set an input to a state in the notation above.
 
     Raises:
-        ValueError: an unknown input or state.
+        ValueError: the input or state is unknown.
     """
     if name not in INPUTS:
         raise ValueError(f"no input {name}; choose from {', '.join(INPUTS)}")

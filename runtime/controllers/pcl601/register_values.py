@@ -6,13 +6,14 @@ from scanrack.io_images.pcl601 import MAP, ROWS, Register, Row, with_word
 
 
 class Values(dict[Register, int]):
-    """The registers' values; a 32-bit register has one signed number.
+    """The registers' values; a 32-bit register is stored as one signed number.
 
-    ANALOG_ENABLE, the register of both analog functions, sets both flags, and reads 1 if one is set.
+    ANALOG_ENABLE, the register for both analog functions, sets both flags, and reads as 1 if either flag is
+    set.
 
     Attributes:
-        analog_speed: input 1 may set the maximum speed; see `set_analog`.
-        analog_position: input 1 may set the absolute position; see `set_analog`.
+        analog_speed: whether input 1 may set the maximum speed; see `set_analog`.
+        analog_position: whether input 1 may set the absolute position; see `set_analog`.
     """
 
     def __init__(self) -> None:
@@ -37,9 +38,9 @@ class Values(dict[Register, int]):
             super().__setitem__(register, value)
 
     def set_word(self, row: Row, word: int, bits: int) -> None:
-        """Set one word of a register without a check; a pair is checked when it is used."""
+        """Set one word of a register without checking it; a pair of words is checked when it is used."""
         self[row.register] = with_word(row, self[row.register], word, bits) if row.words == 2 else bits
 
     def in_range(self, *registers: Register) -> bool:
-        """Return whether the values of registers are within the map's ranges."""
+        """Return whether the registers' values are within the map's ranges."""
         return all(ROWS[register].allows(self[register]) for register in registers)

@@ -11,7 +11,7 @@ from .register_values import Values
 
 
 class Pcl601Speeds:
-    """Base, maximum and jog speed, and the acceleration; none of them changes during a motion."""
+    """Base, maximum and jog speed, and acceleration; none of them changes during a motion."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -33,11 +33,11 @@ class Pcl601Speeds:
 
     @property
     def rate_spmss(self) -> Fraction:
-        """Acceleration and deceleration in steps/ms/s; the register has steps/s/s."""
+        """Acceleration and deceleration in steps/ms/s; the register is in steps/s/s."""
         return Fraction(self._values[Register.ACCEL], 1000)
 
     def profile(self) -> Profile:
-        """Return the profile of a motion at maximum speed."""
+        """Return the profile of a motion that ramps up to maximum speed."""
         rate_spmss = self.rate_spmss
         return Profile(self.base_sps, self._values[Register.MAX_SPEED], rate_spmss, rate_spmss)
 
@@ -46,14 +46,14 @@ class Pcl601Speeds:
         return Profile(self.base_sps, self.base_sps, 0, 0)
 
     def change(self, motion: Motion, now_ns: int, speed_sps: int) -> Motion:
-        """Plan a ramp to another speed, then constant speed."""
+        """Plan a ramp to another speed, followed by constant speed."""
         rate_spmss = self.rate_spmss
         return change_speed(motion, now_ns, speed_sps, rate_spmss, rate_spmss, Shape.CONSTANT)
 
     def creep(self, motion: Motion, now_ns: int) -> Motion:
-        """Plan a ramp down to base speed, then constant speed to the end of the motion."""
+        """Plan a ramp down to base speed, followed by constant speed to the end of the motion."""
         return creep(motion, now_ns, self.base_sps, self.rate_spmss, Shape.CONSTANT)
 
     def stop(self, motion: Motion, now_ns: int) -> Motion:
-        """Plan a ramp down to base speed, then standstill."""
+        """Plan a ramp down to base speed, followed by standstill."""
         return stop(motion, now_ns, self.base_sps, self.rate_spmss, Shape.CONSTANT)

@@ -1,11 +1,12 @@
 """The controller's interface for a stored program.
 
-`program/` has the machine that runs a program. Controller and machine call each other as follows:
+`program/` contains the machine that runs a program. The controller and the machine call each other as
+follows:
 
     code 12, autorun at power-up     controller calls runner.start(now_ns)
     code 5, ".", reset               controller calls runner.stop()
 
-An instruction acts at the `now_ns` of `ProgramMachine.advance`.
+An instruction takes effect at the `now_ns` passed to `ProgramMachine.advance`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from scanrack.io_images.pcl601 import Error, Register
 
 
 class Axis601(Protocol):
-    """The controller, for a stored program.
+    """The controller, as a stored program sees it.
 
     Methods return whether the controller accepts the instruction. A refusal sets an error bit, and the
     program ends.
@@ -24,7 +25,7 @@ class Axis601(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether motion is in progress, including the encoder's delay and correction."""
+        """Whether a motion is in progress, including the encoder's delay and correction."""
 
     def write(self, register: Register, value: int) -> bool:
         """ACCEL, BASE, MAX, JOG, SETPOS ...: set a register, unless a motion locks it."""
@@ -36,19 +37,19 @@ class Axis601(Protocol):
         """HOME0, HOME1, SLEW, STOPHARD ...: carry out a command code."""
 
     def move(self, steps: int) -> bool:
-        """MOVE: index a number of steps in the direction of the direction register."""
+        """MOVE: index a number of steps in the direction set by the direction register."""
 
     def move_to(self, position: int) -> bool:
         """MOVETO: index to a position."""
 
     def repeat(self) -> bool:
-        """REPEAT: repeat the last index, with its length and direction."""
+        """REPEAT: repeat the last index with the same length and direction."""
 
     def move_thumbwheel(self) -> bool:
-        """MOVETHUMB: read the thumbwheel, and index by its value."""
+        """MOVETHUMB: read the thumbwheel, and index by that number of steps."""
 
     def move_to_analog(self) -> bool:
-        """GOTOAPOS: read the voltage on input 1, and index to its position."""
+        """GOTOAPOS: read the voltage on input 1, and index to the position that it selects."""
 
     def inputs_raw(self) -> int:
         """IF: return the levels of the inputs; bit 0 is input 1; 1 is open or high, 0 is grounded."""

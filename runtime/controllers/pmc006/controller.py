@@ -1,8 +1,8 @@
 """A simulated PMC006x3s without its serial line: instructions, responses, pins and motor.
 
-Between instructions, closed forms of time and events determine the state. An event is a pin that the motor
-passes, the end of a motion, or a user instruction. The result does not depend on the number of calls of
-`advance`.
+Between instructions, closed forms of time and events determine the state. An event is a pin change at a motor
+position, the end of a motion, or a user instruction. The result does not depend on how often `advance` is
+called.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SUPPLY_LIMIT_V = 9.0
 """Lowest supply voltage [7]; below it, status bit UVL is set."""
 
 Handler = Callable[["Pmc006Controller", int], int]
-"""Carries out an instruction with its data; returns the data of the response."""
+"""Function that carries out an instruction with its data and returns the response data."""
 
 
 class Pmc006Controller:
@@ -38,10 +38,10 @@ class Pmc006Controller:
 
     Args:
         address: address in the EEPROM, 1 to 120, or 255, the factory setting.
-        program: program in the EEPROM; it does not start now.
+        program: program in the EEPROM; it does not start yet.
 
     Raises:
-        ValueError: an invalid address.
+        ValueError: the address is invalid.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Pmc006Controller:
     # -- time --------------------------------------------------------------------------------
 
     def next_ns(self) -> int:
-        """Return the instant of the next event, `kinematics.FOREVER` without one."""
+        """Return the instant of the next event, or `kinematics.FOREVER` if there is none."""
         return min(self.axis.next_ns(), self.interpreter.next_ns(self.now_ns))
 
     def advance(self, now_ns: int) -> None:
@@ -90,7 +90,7 @@ class Pmc006Controller:
     # -- actions ---------------------------------------------------------------------------
 
     def execute(self, code: int, data: int) -> int:
-        """Carry out an instruction; return the data of the response.
+        """Carry out an instruction; return the response data.
 
         The data is error 6 for a refused instruction, and error 7 for an unknown one.
 
@@ -112,12 +112,12 @@ class Pmc006Controller:
         return self.memory[row.shows or row.name]
 
     def set_pin(self, pin: Pin, level: bool | Contact) -> None:
-        """Hold an input high (True) or low, or connect it to a switch."""
+        """Hold an input high (True) or low (False), or connect it to a switch."""
         self.pins.hold(pin, level)
         self.pins.sense(self.axis.physical)
 
     def stall(self) -> None:
-        """Stall a moving motor; the open-loop type has no encoder and ignores it."""
+        """Stall a moving motor; the open-loop type has no encoder and ignores the stall."""
         if self.options.closed_loop and self.axis.moving:
             self.axis.stall()
 
@@ -148,7 +148,7 @@ class Pmc006Controller:
 
     @property
     def coil_percent(self) -> int:
-        """Duty of the solenoid output, in percent of the supply [4.3.11]."""
+        """Duty cycle of the solenoid output, in percent [4.3.11]."""
         return self.memory["solenoid"]
 
     @property
@@ -279,4 +279,4 @@ HANDLERS: dict[str, Handler] = {
     "read_device_id": lambda controller, _data: controller.options.device_id,
     "read_firmware": lambda controller, _data: controller.options.firmware,
 }
-"""Handlers of the instructions that do more than write or read a parameter."""
+"""Handlers for the instructions that do more than read or write a parameter."""

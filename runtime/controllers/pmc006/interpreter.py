@@ -1,12 +1,12 @@
 """The interpreter of user programs of a PMC006x3s [5].
 
-An instruction takes 1 ms (interpretation), so instructions are due on a grid of 1 ms from the start, or from
-the end of a pause. WAIT checks its condition on this grid; while the condition is false, nothing is due.
+An instruction takes 1 ms (interpretation), so instructions are due every 1 ms, counted from the start or from
+the end of a pause. WAIT checks its condition at these times; while the condition is false, nothing is due.
 
     start   |CNTC|ROT |WAIT......(motor moves)......|CNT1|
     ms      0    1    2    3    4 ...          n    n+1
 
-After the last line the program ends; the motor continues. The reset key stays bound ("done once in the
+After the last line the program ends, but the motor continues. The reset key stays bound ("done once in the
 program to take effect globally" [5.1.2.7]): it also stops the motor after the program's end, and the program
 continues at the key's line.
 """
@@ -25,7 +25,7 @@ from .pins import Pin, Pmc006Pins
 from .pmc006_motor import SimulatedPmc006Axis
 
 INSTRUCTION_NS = 1_000_000
-"""Time of a user instruction (interpretation)."""
+"""Duration of a user instruction (interpretation)."""
 
 RESET_PIN, PAUSE_PIN = Pin.FSET, Pin.GPI2
 """This hardware's pins for GPI1 and GPI2 of the manual [5.1.2.7] (interpretation)."""
@@ -45,7 +45,7 @@ class ProgramHost(Protocol):
         """The pins, as instruction x reads them."""
 
     def execute(self, code: int, data: int) -> int:
-        """Carry out an instruction, as from the line; return the data of the response."""
+        """Carry out an instruction as if it came from the line; return the response data."""
 
     def abort(self) -> None:
         """End any motion at once."""
@@ -58,7 +58,7 @@ class Interpreter:
         line: the next line, from 0.
         counter: the internal counter.
         equal: the flag that CMP sets.
-        running: whether the program has started and not ended.
+        running: whether the program has started and has not ended.
         paused: whether the key of PAUSE_EN has paused the program.
     """
 
@@ -68,7 +68,7 @@ class Interpreter:
         self.stop()
 
     def start(self, now_ns: int) -> None:
-        """Run the program from line 0, with counter and flag 0, and without keys."""
+        """Start the program at line 0, with counter and flag set to 0 and no keys bound."""
         self.stop()
         self.running = True
         self._due_ns = now_ns
@@ -81,7 +81,7 @@ class Interpreter:
         self._pause_bound = False
 
     def next_ns(self, now_ns: int) -> int:
-        """Return the instant of the next instruction, FOREVER without one."""
+        """Return the instant of the next instruction, or FOREVER if there is none."""
         if not self.running or self.paused:
             return FOREVER
         if now_ns < self._due_ns:
@@ -104,7 +104,7 @@ class Interpreter:
             self._due_ns = now_ns + INSTRUCTION_NS
 
     def on_pins(self, fallen: int) -> None:
-        """React to pins that went low: the keys of RESET_EN and PAUSE_EN."""
+        """Act on the RESET_EN and PAUSE_EN keys when their pins go low."""
         now_ns = self.host.now_ns
         if fallen & RESET_PIN and self._reset_line is not None:
             self.host.abort()
@@ -127,14 +127,14 @@ class Interpreter:
         return condition(self) == bool(line.data)
 
     def compare(self, line: UserInstruction) -> None:
-        """Set the flag of JEQ and JNE."""
+        """Compare, and set the flag that JEQ and JNE test."""
         _, value = CMP_OPTIONS[line.option]
         self.equal = value(self) == line.data
 
     # -- effects -----------------------------------------------------------------------------
 
     def send(self, char: str, data: int) -> None:
-        """Carry out an instruction by its character; ignore a refusal."""
+        """Carry out the instruction with a character code; ignore a refusal."""
         self.host.execute(ord(char), data)
 
     def count(self) -> None:
@@ -146,7 +146,7 @@ class Interpreter:
         self.counter = 0
 
     def jump_if(self, condition: bool, line: UserInstruction) -> None:
-        """Continue at the target of a jump if its condition is true."""
+        """Continue at a jump's target if the condition is true."""
         if condition:
             self.line = line.data
 
@@ -197,7 +197,7 @@ EFFECTS: dict[str, Callable[[Interpreter, UserInstruction], None]] = {
     "RESET_EN": Interpreter.bind_reset,
     "PAUSE_EN": Interpreter.bind_pause,
 }
-"""Effect of each user instruction [5.1.1]."""
+"""The function that carries out each user instruction [5.1.1]."""
 
 
 def _level(pin: Pin) -> Callable[[Interpreter], bool]:
@@ -217,7 +217,7 @@ WAIT_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], bool]]] = {
     6: ("EXT1 flag", _flag(Status1.EXT1)),
     7: ("EXT2 flag", _flag(Status1.EXT2)),
 }
-"""The value that WAIT compares with its data: its name and its function, by the option (interpretation)."""
+"""The value that WAIT compares with its data, as a name and a function, by option (interpretation)."""
 
 
 CMP_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], int]]] = {
@@ -228,4 +228,4 @@ CMP_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], int]]] = {
     5: ("EXT2 flag", _flag(Status1.EXT2)),
     6: ("all inputs, as instruction x reads them", lambda program: int(program.host.levels)),
 }
-"""The value that CMP compares with its data: its name and its function, by the option (interpretation)."""
+"""The value that CMP compares with its data, as a name and a function, by option (interpretation)."""

@@ -1,8 +1,8 @@
 """The serial line of a PMC006x3s: bytes and instants in, bytes out.
 
-The device carries out a valid frame with its address when the last byte is complete, and sends one frame as
-the reply [4.1]. It ignores all other bytes. After the receive time-out it drops an incomplete frame, so that
-a fragment does not spoil the next frame.
+The device carries out a valid frame with its address when the last byte is complete, and replies with one
+frame [4.1]. It ignores all other bytes. After the receive timeout it drops an incomplete frame, so that a
+fragment does not corrupt the next frame.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from ...line.pmc006_frames import LINE_FORMAT
 from .controller import Pmc006Controller
 
 RECEIVE_TIMEOUT_NS = 50_000_000
-"""Silence after which an incomplete frame is dropped (interpretation: the manual has no figure [4.1])."""
+"""Silence after which an incomplete frame is dropped (interpretation: the manual gives no value [4.1])."""
 
 
 class Pmc006:
     """A PMC006x3s on its serial line (a `wire.Device`).
 
     Attributes:
-        line_format: 9,600 baud, 8N1, fixed.
+        line_format: always 9,600 baud, 8N1.
     """
 
     line_format = LINE_FORMAT
     turnaround_ns = 0
-    """The reply follows at once: the manual has no time [4.1]."""
+    """The reply follows immediately, since the manual specifies no delay [4.1]."""
 
     def __init__(
         self, controller: Pmc006Controller | None = None, timeout_ns: int = RECEIVE_TIMEOUT_NS
@@ -44,7 +44,7 @@ class Pmc006:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event; the present if a reply waits."""
+        """Instant of the next event; the present instant if a reply is waiting."""
         if self._replies:
             return self.controller.now_ns
         next_ns = self.controller.next_ns()
@@ -75,11 +75,11 @@ class Pmc006:
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is running."""
+        """Whether a motion is in progress."""
         return self.controller.axis.moving
 
     def power_cycle(self, now_ns: int) -> None:
-        """Cycle the power: an incomplete frame or reply is lost."""
+        """Cycle the power; an incomplete frame or reply is lost."""
         self.controller.power_cycle()
         self._framer.drop()
         self._replies.clear()

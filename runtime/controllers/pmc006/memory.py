@@ -9,7 +9,7 @@ from scanrack.io_images.pmc006.program import UserInstruction
 
 
 class Memory:
-    """A device's memory, at first with the factory settings.
+    """A device's memory, which initially has the factory settings.
 
     Attributes:
         lines: the user program in the EEPROM.
@@ -38,10 +38,10 @@ class Memory:
         return dict(self._eeprom)
 
     def restore(self, saved: Mapping[str, int]) -> None:
-        """Write parameters to the EEPROM; they act from the next power-up on.
+        """Write parameters to the EEPROM; they take effect at the next power-up.
 
         Raises:
-            ValueError: a parameter that is not in the EEPROM, or an invalid value.
+            ValueError: a parameter is not in the EEPROM, or a value is invalid.
         """
         for name, value in saved.items():
             if name not in self._eeprom:
@@ -52,11 +52,11 @@ class Memory:
         self._eeprom |= saved
 
     def save(self) -> None:
-        """Save all parameters of the EEPROM: instruction t."""
+        """Save all parameters that the EEPROM stores, as instruction t does."""
         self._eeprom = {name: self._values[name] for name in self._eeprom}
 
     def load(self) -> None:
-        """Load the saved values, and the defaults of all others, as at power-up."""
+        """Load the saved values, and the defaults of all other parameters, as at power-up."""
         self._values = {row.name: row.default for row in PARAMETERS} | self._eeprom
 
     def preset(self, name: str, value: int) -> None:

@@ -45,7 +45,7 @@ class Pmc006Memory(BaseModel):
 
     @property
     def address(self) -> int:
-        """The address."""
+        """The address in the EEPROM."""
         return self.parameters["device_address"]
 
     def addressed(self, address: int) -> Self:
@@ -53,7 +53,7 @@ class Pmc006Memory(BaseModel):
         return self.model_copy(update={"parameters": self.parameters | {"device_address": address}})
 
     def restore(self, controller: Pmc006Controller) -> None:
-        """Power up a new device with this memory; a program already in the device is newer and stays."""
+        """Power up a new device with this memory; a program already in the device is newer, so it stays."""
         memory = controller.memory
         memory.restore(self.parameters)
         memory.lines = memory.lines or assemble("\n".join(self.program)).lines

@@ -1,4 +1,4 @@
-"""The input pins of a PMC006x3s, each at a fixed level or with a switch that the motor operates."""
+"""The input pins of a PMC006x3s, each at a fixed level or wired to a switch that the motor operates."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Pin(IntFlag):
 
 
 class Pmc006Pins:
-    """The pins, all high at first: no opto-coupler conducts [3.11].
+    """The pins, initially all high, since no optocoupler conducts [3.11].
 
     Attributes:
         levels: mask of the pins that are high, as of the last `sense`.
-        on_change: called after a change with the masks of the changed pins and the high pins.
+        on_change: called after a change, with a mask of the changed pins and a mask of the high pins.
     """
 
     def __init__(self) -> None:
@@ -51,5 +51,5 @@ class Pmc006Pins:
             self.on_change(changed_levels, levels)
 
     def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position, in a direction, at which a pin changes, or None."""
+        """Return the next position in a direction at which a pin changes, or None."""
         return nearest_edge(self._switches.values(), position, direction)

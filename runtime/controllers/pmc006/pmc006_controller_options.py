@@ -16,11 +16,11 @@ class Pmc006ControllerOptions(Options):
     """Versions of the hardware, and interpretations of the manual that a real device may contradict.
 
     Attributes:
-        step_ack_value: data of the response to a successful step instruction; the manual's example shows 3
+        step_ack_value: data in the response to a successful step instruction; the manual's example shows 3
             without an explanation [4.3.1].
         i_signed: whether instruction i also accepts negative positions.
         max_microstep: 128 [4.3.2], or 256 as in the summary table [4.2].
-        closed_loop: simulate the closed-loop type E, which detects a stalled motor [2.3].
+        closed_loop: whether to simulate the closed-loop type E, which detects a stalled motor [2.3].
         device_id: response to instruction P.
         firmware: response to instruction R.
     """

@@ -1,4 +1,4 @@
-"""The motor of a PMC006x3s, and the starts and ends of its motions.
+"""The motor of a PMC006x3s, and how its motions start and end.
 
     IDLE      at rest
     MOVE      a number of steps                              [4.3.1]
@@ -23,11 +23,11 @@ from .pins import Pin, Pmc006Pins
 from .ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 
 RETREAT_DIVISOR = 16
-"""The length of the stroke divided by the length of a retreat from the switch [4.3.13]."""
+"""Ratio of the stroke to the length of a retreat from the switch [4.3.13]."""
 
 
 class MotorActivity(Enum):
-    """Activity of the motor."""
+    """An activity of the motor."""
 
     IDLE = auto()
     MOVE = auto()
@@ -41,7 +41,7 @@ class ExtStop:
     """One external stop.
 
     Attributes:
-        bit: its bit in the values of f and J.
+        bit: its bit in the values of instructions f and J.
         flag: its bit in status register 1.
         blocks: direction, +1 or -1, in which an active stop refuses steps (interpretation).
     """
@@ -65,7 +65,7 @@ class ExtStop:
 
     @property
     def active(self) -> bool:
-        """Whether its pin has the level after the edge that J selects."""
+        """Whether its pin is at the level that follows the edge selected by J."""
         rising = bool(self._memory["ext_trigger_mode"] & self.bit)
         return bool(self._pins.levels & self.pin) == rising
 
@@ -76,7 +76,7 @@ class SimulatedPmc006Axis:
     Attributes:
         doing: the present activity.
         physical: steps since power-up, with sign; commands never set it.
-        flags: latched EXT1 and EXT2 emergency stops, as in status register 1.
+        flags: latched emergency stops of EXT1 and EXT2, as in status register 1.
         stalled: whether the motor has stalled since the last start.
     """
 
@@ -106,12 +106,12 @@ class SimulatedPmc006Axis:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is running."""
+        """Whether a motion is in progress."""
         return self.doing is not MotorActivity.IDLE
 
     @property
     def homing(self) -> bool:
-        """Whether a zero-back is running."""
+        """Whether a zero-back is in progress."""
         return self.doing in (MotorActivity.RETREAT, MotorActivity.SEEK)
 
     @property
@@ -123,18 +123,18 @@ class SimulatedPmc006Axis:
 
     @property
     def may_start(self) -> bool:
-        """Whether a motion may begin: at rest, not released, no emergency stop latched."""
+        """Whether a motion may begin: at rest, not released, and no emergency stop latched."""
         return not (self.moving or self._memory["free_run"] or self.flags)
 
     @property
     def speeds_fit(self) -> bool:
-        """Whether start and stop speed are at most the maximum speed [4.3.9]."""
+        """Whether neither the start speed nor the stop speed exceeds the maximum speed [4.3.9]."""
         edge_speeds = self._memory["start_speed"], self._memory["stop_speed"]
         return max(edge_speeds) <= self._memory["max_speed"]
 
     @property
     def against_limit(self) -> bool:
-        """Whether an armed and active limit is ahead in the selected direction [4.1.1, error 07]."""
+        """Whether an armed and active limit blocks the selected direction [4.1.1, error 07]."""
         stops = self._ext1, self._ext2
         return any(stop.armed and stop.active and stop.blocks == self.direction for stop in stops)
 
@@ -176,7 +176,7 @@ class SimulatedPmc006Axis:
     # -- time --------------------------------------------------------------------------------
 
     def next_ns(self) -> int:
-        """Return the instant of the next pin change or of the motion's end, or FOREVER."""
+        """Return the instant of the next pin change or the end of the motion, or FOREVER."""
         motion = self._motion
         if motion is None:
             return FOREVER
@@ -186,7 +186,7 @@ class SimulatedPmc006Axis:
         return end_ns if reached_ns is None else min(reached_ns, end_ns)
 
     def go_to(self, now_ns: int) -> None:
-        """Update the position to `now_ns`, which is at most `next_ns`."""
+        """Update the position to `now_ns`, which must not be after `next_ns`."""
         if self._motion is not None:
             self.physical = self._motion.position_at(now_ns)
 
@@ -207,7 +207,7 @@ class SimulatedPmc006Axis:
                 self._triggered(stop)
 
     def stall(self) -> None:
-        """Stop a motor that does not follow, as the encoder shows."""
+        """Stop the motor because the encoder shows that it does not follow."""
         self.halt()
         self.stalled = True
 
@@ -229,7 +229,7 @@ class SimulatedPmc006Axis:
         )
 
     def _zero_speeds(self) -> Pmc006Speeds:
-        """Return the speeds of a zero-back; the speed of instruction 9 also limits start and stop speed."""
+        """Return the speeds of a zero-back; instruction 9's speed also limits the start and stop speeds."""
         speeds, top_sps = self._speeds(), self._memory["zero_back_speed"]
         return replace(
             speeds,

@@ -2,14 +2,14 @@
 
     speed  0 | start | S-curve up | maximum | S-curve down | stop | 0
 
-The S-curve is a raised cosine with the time and the distance of a ramp of constant rate at the coefficient's
-acceleration (interpretation: the manual draws a curve without a formula). It is computed as three parabolas
-of the speed, so that steps have exact instants. The parabolas equal the cosine at 0, 1/3, 1/2, 2/3 and 1 of
-its time and differ from it by at most 0.6 % of the speed change.
+The S-curve is a raised cosine that takes the same time and distance as a constant-rate ramp at the
+coefficient's acceleration (interpretation: the manual draws a curve without a formula). It is computed as
+three parabolas of speed, so that steps occur at exact instants. The parabolas equal the cosine at 0, 1/3,
+1/2, 2/3 and 1 of its time and differ from it by at most 0.6 % of the speed change.
 
-If the ramps do not fit the steps, both are shortened, and so steepened, in the same ratio [4.3.3: "the actual
-acceleration and deceleration coefficient may increase automatically"]. A move of fewer than 256 steps has no
-S-curve: its speed changes at a constant rate from the start speed to the stop speed.
+If the ramps do not fit into the steps, both are shortened, and thus made steeper, in the same ratio [4.3.3:
+"the actual acceleration and deceleration coefficient may increase automatically"]. A move of fewer than 256
+steps has no S-curve: its speed changes at a constant rate from the start speed to the stop speed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2, SHORT_MOV
 from ...kinematics import NANO, Course, Motion, Phase, takeover
 
 RAISED_COSINE = (Phase(0, 24, 0, 0, 0, 54), Phase(24, 48, 2, 18, 54, 0), Phase(48, 72, 14, 54, 54, -54))
-"""The S-curve, in the terms of `kinematics.course`."""
+"""The S-curve, as phases of `kinematics.course`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Pmc006Speeds:
 
 
 def plan_move(now_ns: int, origin: int, distance: int, speeds: Pmc006Speeds) -> Motion:
-    """Plan a move of exactly `distance` signed steps, not 0, from step count `origin`."""
+    """Plan a move of exactly `distance` signed, nonzero steps from step count `origin`."""
     steps = abs(distance)
     course = Course(now_ns)
     if steps < SHORT_MOVE_STEPS:
@@ -58,7 +58,7 @@ def plan_run(now_ns: int, origin: int, direction: int, speeds: Pmc006Speeds) -> 
 
 
 def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:
-    """Plan the ramp of a motion down to its stop speed, to end on a whole step [4.3.8].
+    """Plan a motion's ramp down to its stop speed, so that it ends on a whole step [4.3.8].
 
     With coefficient 0, or below the stop speed, the motion ends at once.
     """
@@ -73,7 +73,7 @@ def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -
 
 
 def ramp_steps(slow_sps: int, fast_sps: int, coefficient: int) -> Fraction:
-    """Return the length of a ramp in steps, `(v1^2 - v0^2) / 2a`; 0 without a ramp.
+    """Return the length of a ramp in steps, `(v1^2 - v0^2) / 2a`; 0 if there is no ramp.
 
     >>> ramp_steps(600, 5000, 3)  # 27170 steps/s/s
     Fraction(112000, 247)

@@ -18,33 +18,33 @@ from ..wire import LineFormat
 Answer = TypeVar("Answer")
 
 ANSWER_S = 0.2
-"""Longest wait for an answer, s; on the line an answer takes 6 to 28 ms."""
+"""Longest wait for an answer, s; on a serial line an answer takes 6 to 28 ms."""
 
 ANSWER_RANGE_S = (0.01, 60.0)
-"""Allowed range of the user's setting of this time, s."""
+"""Allowed range for the user's setting of this wait, s."""
 
 SILENCE_S = 0.004
-"""Silence before a request, s, four characters at 9,600 baud; it reveals a doubled answer."""
+"""Silence before a request, s (four characters at 9,600 baud); a duplicate answer shows up during it."""
 
 LATE_S = 0.1
-"""Additional wait after a missing answer, s; a late answer is dropped."""
+"""Additional wait after a missing answer, s; an answer that arrives during it is dropped."""
 
 TRIES = 3
-"""Attempts per request that may be repeated."""
+"""Number of attempts for a request that may be repeated."""
 
 POLL_S = 0.05
 """Time between two reads of a motion's state, s."""
 
 Progress = Callable[[int], None]
-"""Called with the position while a motion runs."""
+"""Function that is called with the position during a motion."""
 
 
 class LinkError(Exception):
     """An exchange with the device failed.
 
     Attributes:
-        reason: the message without the received bytes.
-        received: the bytes of a missing or damaged answer, as far as they arrived.
+        reason: the error message, without the received bytes.
+        received: the bytes that arrived of a missing or damaged answer.
     """
 
     def __init__(self, message: str, received: bytes = b"") -> None:
@@ -58,7 +58,7 @@ class NoAnswerError(LinkError):
 
 
 class BadResponseError(LinkError):
-    """The answer is damaged, or belongs to another request."""
+    """The answer is damaged, or it belongs to another request."""
 
 
 class RefusedError(LinkError):
@@ -74,7 +74,7 @@ class StoppedError(LinkError):
 
 
 def until_answered(exchange: Callable[[], Answer]) -> Answer:
-    """Call `exchange` up to `TRIES` times, while the answer is missing or damaged; return the answer.
+    """Call `exchange` until a valid answer arrives, at most `TRIES` times; return the answer.
 
     Raises:
         LinkError: the last attempt failed, or the device refused.
@@ -86,16 +86,16 @@ def until_answered(exchange: Callable[[], Answer]) -> Answer:
 
 
 class Link(Protocol):
-    """A line to a device that carries bytes. A lost line raises LinkError."""
+    """A line that carries bytes to and from a device. A lost line raises LinkError."""
 
     def send(self, data: bytes) -> None:
         """Send bytes."""
 
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return `count` bytes as soon as they have arrived, or fewer bytes after `seconds`."""
+        """Return `count` bytes as soon as they have arrived, or fewer if `seconds` have passed."""
 
     def follow(self, line_format: LineFormat) -> None:
-        """Change the format for sending and receiving; a link without a format ignores it."""
+        """Change the format for sending and receiving; a link that has no format ignores the change."""
 
     def pause(self, seconds: float) -> None:
         """Wait."""
@@ -106,7 +106,7 @@ class Link(Protocol):
 
 
 def checked_answer_s(seconds: float) -> float:
-    """Return an answer time; ValueError outside `ANSWER_RANGE_S`."""
+    """Return an answer time; raise ValueError if it is outside `ANSWER_RANGE_S`."""
     shortest, longest = ANSWER_RANGE_S
     if not shortest <= seconds <= longest:
         raise ValueError(f"timeout {seconds:g} s: must be {shortest:g} to {longest:g}")
@@ -114,7 +114,7 @@ def checked_answer_s(seconds: float) -> float:
 
 
 def drain(link: Link, quiet_s: float) -> bytes:
-    """Drop received bytes until the line is silent for `quiet_s`, or up to 4,096 bytes; return them."""
+    """Read bytes until the line has been silent for `quiet_s`, but at most 4,096 bytes; return them."""
     dropped = b""
     while len(dropped) < 4096 and (data := link.receive(1, quiet_s)):
         dropped += data
@@ -145,7 +145,7 @@ class SerialLink(Link):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
-        """Change the format; `send` returns after its bytes have left the port."""
+        """Change the format; `send` returns only after its bytes have left the port."""
         try:
             self._port.apply_settings(settings(self._path, line_format))
         except PORT_ERRORS as error:

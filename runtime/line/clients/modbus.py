@@ -1,10 +1,10 @@
-"""A Modbus master that accepts only the answer to its request.
+"""A Modbus master that accepts only the answer to its own request.
 
     RTU    unit, PDU, CRC                                      serial line, or its bytes over TCP
     TCP    transaction, 0, length, unit, PDU                   Modbus TCP, in `modbus_tcp`
 
-It checks CRC, unit, function and byte count, and in the answer to a write also address and value or quantity.
-It never repeats a request.
+It checks the CRC, unit, function and byte count; in the answer to a write, it also checks the address and the
+value or quantity. It never repeats a request.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class ModbusExceptionError(RefusedError):
 
 
 class AnswerDecoder(GuardedDecoder):
-    """Decodes answers; BadResponseError for other bytes."""
+    """Decodes answers; raises BadResponseError for bytes that are not an answer."""
 
     def __init__(self) -> None:
         super().__init__(is_server=False)
@@ -73,7 +73,7 @@ class AnswerDecoder(GuardedDecoder):
 
 
 def check(request: ModbusPDU, answer: ModbusPDU) -> ModbusPDU:
-    """Return an answer that matches its request in transaction, unit, function, count, address and value.
+    """Return the answer if it matches its request in transaction, unit, function, count, address and value.
 
     Raises:
         BadResponseError: the answer does not match the request.
@@ -95,7 +95,7 @@ class ModbusLine(Protocol):
         """Send the request once; return the answer.
 
         Raises:
-            LinkError: no answer, an answer to another request, or an exception.
+            LinkError: there is no answer, it belongs to another request, or it is an exception.
         """
 
     def pause(self, seconds: float) -> None:
@@ -110,7 +110,7 @@ class RtuLine(ModbusLine):
     """Modbus RTU over a link.
 
     Args:
-        answer_s: longest time of an answer, 0.01 to 60 s.
+        answer_s: longest wait for an answer, 0.01 to 60 s.
     """
 
     def __init__(self, link: Link, answer_s: float = ANSWER_S) -> None:
@@ -142,7 +142,7 @@ class RtuLine(ModbusLine):
         self._link.close()
 
     def _receive(self, unit: int, size: int) -> bytes:
-        """Return the PDU of an answer, with `size` bytes or an exception's."""
+        """Return the PDU of an answer, which is `size` bytes or as long as an exception."""
         bytes_minimum = 1 + EXCEPTION_BYTES + 2
         pdu = self._link.receive(bytes_minimum, self._answer_s)
         if len(pdu) == bytes_minimum and not pdu[1] & EXCEPTION:

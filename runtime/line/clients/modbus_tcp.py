@@ -1,6 +1,6 @@
-"""A client of a Modbus TCP device: pymodbus's client with a check of every answer against its request.
+"""A client for a Modbus TCP device: pymodbus's client, plus a check of every answer against its request.
 
-pymodbus 3.15 to 3.16 accepts an answer with another function, number of registers, echoed address or echoed
+pymodbus 3.15 to 3.16 accepts an answer with the wrong function, number of registers, echoed address or echoed
 value, and repeats a request three times. This client never repeats a request, so a write that starts a motion
 is sent once.
 """
@@ -32,11 +32,11 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # this client r
 class ModbusTcpLine(ModbusLine):
     """A connection to a Modbus TCP device, for one request at a time.
 
-    It connects at the first request, and at the first request after a failure, so that it never reads bytes
-    of a failed exchange as an answer.
+    It connects at the first request, and again at the first request after a failure, so that it never takes
+    bytes of a failed exchange for an answer.
 
     Args:
-        answer_s: longest time of an answer, 0.01 to 60 s.
+        answer_s: longest wait for an answer, 0.01 to 60 s.
 
     Raises:
         ValueError: the time is out of range.
@@ -62,8 +62,8 @@ class ModbusTcpLine(ModbusLine):
             request: a request from `pymodbus.pdu`.
 
         Raises:
-            ModbusExceptionError: the device refused it; the connection stays.
-            LinkError: no connection, no answer in time, or a wrong answer; the connection is closed.
+            ModbusExceptionError: the device refused the request; the connection stays open.
+            LinkError: there is no connection, no answer in time, or a wrong answer; the connection is closed.
         """
         self._request, request.dev_id = request, unit
         try:
@@ -81,7 +81,7 @@ class ModbusTcpLine(ModbusLine):
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s") from error
 
     def connect(self) -> None:
-        """Connect now; LinkError if the connection fails."""
+        """Connect now; raise LinkError if the connection fails."""
         self._client.connect()
 
     @override
@@ -94,9 +94,9 @@ class ModbusTcpLine(ModbusLine):
 
 
 class ModbusTcpLink(Link):
-    """A connection to a Modbus TCP device as a link, for a master that makes its own frames.
+    """A connection to a Modbus TCP device that acts as a link, for a master that builds its own frames.
 
-    `send` carries out the requests of its frames one after the other; `receive` returns the reply frames.
+    `send` carries out the requests in its frames one after the other; `receive` returns the reply frames.
 
     Raises:
         LinkError: the connection fails.
@@ -109,7 +109,7 @@ class ModbusTcpLink(Link):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
-        """Do nothing: a network has no format."""
+        """Do nothing, since a network has no character format."""
 
     @override
     def send(self, data: bytes) -> None:
@@ -127,7 +127,7 @@ class ModbusTcpLink(Link):
 
     @override
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return a complete reply frame as soon as it exists, or b"" after `seconds`."""
+        """Return a complete reply frame as soon as there is one, or b"" after `seconds`."""
         try:
             return self._reply_frames.get(timeout=seconds)
         except Empty:
@@ -139,7 +139,7 @@ class ModbusTcpLink(Link):
 
 
 class _Client(ModbusTcpClient):
-    """A pymodbus client that raises the reason of a failed connection, which pymodbus only logs."""
+    """A pymodbus client that raises the reason for a failed connection, which pymodbus only logs."""
 
     @property
     def name(self) -> str:

@@ -24,7 +24,7 @@ SettableRow = TypeVar("SettableRow", bound=Settable)
 
 
 def row_of(rows: Mapping[str, RowType], name: str, verb: str) -> RowType:
-    """Return the row of a name; ValueError if the name is unknown.
+    """Return the row for a name; raise ValueError if the name is unknown.
 
     Args:
         verb: "read" or "set", for the error.
@@ -35,7 +35,7 @@ def row_of(rows: Mapping[str, RowType], name: str, verb: str) -> RowType:
 
 
 def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> SettableRow:
-    """Return the row of a name that can be set to a value.
+    """Return the row for a name, after checking that it can be set to a value.
 
     Raises:
         ValueError: the name is unknown, or the value is not allowed.
@@ -47,6 +47,6 @@ def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> Settable
 
 
 def check_read_back(name: str, value: int, value_read: int) -> None:
-    """Raise RefusedError if a value that was set reads differently."""
+    """Raise RefusedError if a value reads back differently from what was set."""
     if value_read != value:
         raise RefusedError(f"{name} was set to {value}, but reads {value_read}")

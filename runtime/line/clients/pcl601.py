@@ -1,4 +1,4 @@
-"""A client of a PCL601 over Modbus: registers by name, moves, homing, outputs."""
+"""A client for a PCL601 over Modbus: registers by name, moves, homing, outputs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SETTABLE: dict[str, Row] = {
 """Registers that can be set; for commands see `Pcl601Client.command`."""
 
 STATE_WORDS = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
-"""Words of one read: the registers from position to errors, which contain all that a motion changes."""
+"""Words of one read: the registers from position to errors, with everything that a motion changes."""
 
 EXCEPTIONS = {
     1: "unknown function",
@@ -47,10 +47,10 @@ class Registers(ControllerView):
 
 
 class Pcl601Client(MotionClient[Registers]):
-    """A client of a PCL601.
+    """A client for a PCL601.
 
-    Every method raises LinkError without a valid answer, and RefusedError if the device refuses; for motions
-    see `MotionClient`.
+    Every method raises LinkError if there is no valid answer, and RefusedError if the device refuses; for
+    motions see `MotionClient`.
 
     Args:
         line: Modbus RTU, 38,400 baud 8E1, or Modbus TCP.
@@ -101,7 +101,7 @@ class Pcl601Client(MotionClient[Registers]):
 
     @property
     def busy(self) -> bool:
-        """Whether the motor moves; reads it from the device."""
+        """Whether the motor is moving; reads it from the device."""
         return bool(self.read("busy"))
 
     @property
@@ -121,16 +121,16 @@ class Pcl601Client(MotionClient[Registers]):
 
     @property
     def inputs(self) -> int:
-        """The input bits; reads them with function 02. Bit 0 is input 1; 1 is active."""
+        """The input bits, read with function 02. Bit 0 is input 1; 1 means active."""
         return number_of(self._exchange(pdus.read_inputs()).bits)
 
     @property
     def outputs(self) -> int:
-        """The outputs; reads them from the device. Bit 0 is output 1; 1 is on."""
+        """The outputs, read from the device. Bit 0 is output 1; 1 means on."""
         return number_of(self._exchange(pdus.read_outputs()).bits)
 
     def set_output(self, number: int, on: bool) -> None:
-        """Switch an output, 1 to 8, and read it back; ValueError for an unknown output."""
+        """Switch an output, 1 to 8, and read it back; raise ValueError for an unknown output."""
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: must be 1 to {OUTPUT_COUNT}")
         self._exchange(pdus.write_output(number, on))
@@ -141,11 +141,11 @@ class Pcl601Client(MotionClient[Registers]):
     # -- commands ----------------------------------------------------------------------------
 
     def command(self, code: Code) -> None:
-        """Write a command code, once if it starts a motion, otherwise until the device answers.
+        """Write a command code: only once if it starts a motion, otherwise until the device answers.
 
         Raises:
-            RefusedError: the device refuses it, or sets an error bit for it.
-            UnconfirmedMotionError: a start without a visible motion, or without an answer.
+            RefusedError: the device refuses the command, or sets an error bit for it.
+            UnconfirmedMotionError: a start command caused no visible motion, or got no answer.
         """
         if code in NEEDS_IDLE:
             self._start(code)
@@ -153,14 +153,14 @@ class Pcl601Client(MotionClient[Registers]):
             self._exchange(pdus.command(code))
 
     def clear(self) -> None:
-        """Clear the error register, and read it; raise RefusedError for errors that stay."""
+        """Clear the error register, and read it; raise RefusedError if errors remain."""
         self.command(Code.CLEAR_ERRORS)
         errors_left = self.errors
         if errors_left:
             raise RefusedError(f"the errors were cleared, but are still set{_meanings(errors_left)}")
 
     def start_move(self, steps: int) -> int:
-        """Start a move over signed steps; return its target.
+        """Start a move by a signed number of steps; return its target.
 
         Raises:
             ValueError: 0, or too many steps.
@@ -173,7 +173,7 @@ class Pcl601Client(MotionClient[Registers]):
 
     @override
     def _prepare_check(self, steps: int) -> Callable[[Registers], None]:
-        """Check the encoder if the device's autocorrect is on."""
+        """Return a function that checks the encoder after a move, if the device's autocorrect is on."""
         values_before = self.look().values
         if not values_before[Register.ENCODER_AUTOCORRECT]:
             return super()._prepare_check(steps)
@@ -182,14 +182,14 @@ class Pcl601Client(MotionClient[Registers]):
         return lambda state: self._check_encoder(state, expected_position)
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
-        """Search for the home switch with the manual's home type 0 or 1; return the position at the end.
+        """Search for the home switch with the manual's home type 0 or 1; return the final position.
 
         The device does not set the position to 0 and does not report its home input. A search succeeds if a
         motion was seen and ended without an error and without an active hard limit.
 
         Raises:
             ValueError: the type does not exist.
-            StoppedError: the search ended on a hard limit, or with an error.
+            StoppedError: the search ended at a hard limit, or with an error.
         """
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: must be 0 or 1")
@@ -258,5 +258,5 @@ def _write(row: Row, value: int) -> ModbusPDU:
 
 
 def _meanings(errors: Error) -> str:
-    """Return the meanings of error bits, to append to a sentence."""
+    """Return the meanings of error bits, as text to append to a sentence."""
     return "".join(f"; {error.name}: {CAUSES[error]}" for error in errors)

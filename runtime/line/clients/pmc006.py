@@ -1,11 +1,11 @@
-"""A client of a PMC006x3s: parameters and values by name, one request at a time.
+"""A client for a PMC006x3s: parameters and values by name, one request at a time.
 
 A reply does not identify its instruction [4.1.1]. The client therefore waits for silence before every
-request, and longer after a missing answer, so that it drops late and doubled answers.
+request, and longer after a missing answer, so that it drops late and duplicate answers.
 
 Seven parameters have no read instruction. With data 0, "some" setting instructions read instead of setting
-[4.1.1], but the manual does not say which ones, and the others would set the parameter to 0. Such a read is
-therefore an option. The address is never read this way: the device would not answer at an invalid address
+[4.1.1], but the manual does not say which ones, and the others would set the parameter to 0. Reading this way
+is therefore optional. The address is never read this way: the device would not answer at an invalid address
 [4.1.2], and every answer contains the address.
 """
 
@@ -48,12 +48,12 @@ ADDRESS = "device_address"
 READABLE: dict[str, InstructionRow] = {
     row.shows or row.name.removeprefix("read_"): row for row in INSTRUCTIONS if row.kind is Kind.READ
 }
-"""Values with a read instruction, and the instruction."""
+"""Values that have a read instruction, each with that instruction."""
 
 BY_ZERO: dict[str, InstructionRow] = {
     row.name: row for row in PARAMETERS if row.asks_by_zero and row.name != ADDRESS
 }
-"""Parameters with a setting instruction that may read them with data 0."""
+"""Parameters whose setting instruction may read them if its data is 0."""
 
 SETTABLE: dict[str, InstructionRow] = {
     row.name: row
@@ -63,11 +63,11 @@ SETTABLE: dict[str, InstructionRow] = {
 """Values that can be set."""
 
 NAMED = Status1.EXT1 | Status1.EXT2 | Status1.STALL | Status1.UVL
-"""Bits of status register 1 that explain a missing or faulty motion."""
+"""Bits of status register 1 that explain a motion that failed or did not start."""
 
 
 def _unreadable(name: str, readable: Iterable[str]) -> str:
-    """Return why a value can't be read."""
+    """Return the reason why a value can't be read."""
     if name in BY_ZERO:
         return (
             f"{name} has no read instruction: its setting instruction with data 0 may read it or set it to 0 "
@@ -80,8 +80,9 @@ class _Search:
     """State of the home switch during a zero-back.
 
     Attributes:
-        began_on_switch: the switch was active at the start.
-        was_free: the switch was free, or the motor moved back, as it does only from a free switch [4.3.13].
+        began_on_switch: whether the switch was active at the start.
+        was_free: whether the switch was free, or the motor moved back, which it does only from a free switch
+        [4.3.13].
     """
 
     def __init__(self, on_switch: Callable[[], bool]) -> None:
@@ -100,15 +101,15 @@ class _Search:
 
 
 class Pmc006Client(MotionClient[ControllerView]):
-    """A client of a PMC006x3s.
+    """A client for a PMC006x3s.
 
-    Every method raises LinkError without a valid answer, and RefusedError if the device refuses; for motions
-    see `MotionClient`.
+    Every method raises LinkError if there is no valid answer, and RefusedError if the device refuses; for
+    motions see `MotionClient`.
 
     Args:
         link: the line, 9,600 baud, 8N1.
-        answer_s: longest time of an answer, 0.01 to 60 s.
-        by_zero: also read the values of `BY_ZERO`.
+        answer_s: longest wait for an answer, 0.01 to 60 s.
+        by_zero: whether to read also the values in `BY_ZERO`.
     """
 
     final = Status1.STALL
@@ -132,7 +133,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         return tuple(sorted({*self._readable, ADDRESS}))
 
     def read(self, name: str) -> int:
-        """Return a value by its name in `readable`; ValueError if it can't be read."""
+        """Return a value by its name in `readable`; raise ValueError if it can't be read."""
         if name == ADDRESS:
             self.read("status1")
             return self.address
@@ -144,7 +145,7 @@ class Pmc006Client(MotionClient[ControllerView]):
     def set(self, name: str, value: int) -> None:
         """Set a parameter by its name in `SETTABLE`, and read it back if it can be read.
 
-        The value is lost at power-off without `save`.
+        Without `save`, the value is lost at power-off.
 
         Raises:
             ValueError: the parameter can't be set, or the value is not allowed.
@@ -168,7 +169,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         """Carry out an action that may be repeated, such as clearing a flag.
 
         Raises:
-            ValueError: it starts a motion, or is not an action.
+            ValueError: the name is not an action, or the action starts a motion.
         """
         row = BY_NAME.get(name)
         if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
@@ -176,7 +177,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         self._check(row, self._exchange(row.code, data), None)
 
     def clear(self) -> None:
-        """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for stops that stay."""
+        """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError if any remains."""
         self.do("clear_ext1_flag")
         self.do("clear_ext2_flag")
         if stops_left := self.status1 & (Status1.EXT1 | Status1.EXT2):
@@ -207,12 +208,12 @@ class Pmc006Client(MotionClient[ControllerView]):
 
     @override
     def look(self) -> ControllerView:
-        """Read status register 1, then the position, which is final if the motor does not move."""
+        """Read status register 1, then the position, which is final if the motor is not moving."""
         status = self.status1
         return ControllerView(self.position, bool(status & (Status1.BUSY | Status1.HOME)), status & NAMED)
 
     def start_move(self, steps: int) -> int:
-        """Start a move over signed steps; return its target.
+        """Start a move by a signed number of steps; return its target.
 
         Raises:
             ValueError: 0, or too many steps.
@@ -289,21 +290,21 @@ class Pmc006Client(MotionClient[ControllerView]):
         return self.begin(row.name, send, moves=moves)
 
     def _on_switch(self) -> bool:
-        """Return whether EXT1 has the level after its configured edge."""
+        """Return whether EXT1 is at the level that follows its configured edge."""
         rising = self.read("ext_trigger_mode") & 1
         return (self.read("levels") >> 2 & 1) == rising
 
     def _check(self, row: InstructionRow, response: int, value: int | None) -> None:
-        """Raise RefusedError for response 6 or 7, unless this value was set."""
+        """Raise RefusedError for response 6 or 7, unless that is the value that was set."""
         if response in _ERRORS and response != value:
             raise RefusedError(f"{row.name} is refused with error {_ERRORS[response]}")
 
     def _exchange(self, code: int, data: int) -> int:
-        """Send an instruction, up to `TRIES` times; return the data of the answer."""
+        """Send an instruction, up to `TRIES` times; return the answer's data."""
         return until_answered(lambda: self._send_once(code, data))
 
     def _send_once(self, code: int, data: int, new_address: int | None = None) -> int:
-        """Send an instruction once; return the data of the answer, which may have a new address."""
+        """Send an instruction once; return the data of the answer, which may come from a new address."""
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self.faults += 1

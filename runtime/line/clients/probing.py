@@ -44,10 +44,10 @@ class FoundDevice:
 
 
 OnRequest = Callable[[str, int], None]
-"""Called before every request with its protocol and its address, 0 for any address."""
+"""Function called before every request with its protocol and address; 0 stands for any address."""
 
 OpenLine = Callable[[LineFormat], Link]
-"""Opens the line in a format."""
+"""Function that opens the line in a format."""
 
 
 def probe(
@@ -56,12 +56,13 @@ def probe(
     """Probe the addresses in one protocol after the other; yield each device as soon as it answers.
 
     Args:
-        open_line: opens the line in a format; the line is closed between two formats.
-        addresses: the addresses to probe, None for all possible addresses.
+        open_line: function that opens the line in a format; the line is closed before it is opened in another
+        format.
+        addresses: the addresses to probe, or None for all possible addresses.
         on_request: called before every request.
 
     Raises:
-        LinkError: the line can't be opened, or is lost.
+        LinkError: the line can't be opened, or it is lost.
     """
     chosen = None if addresses is None else frozenset(addresses)
     yield from _find_in_turn(
@@ -82,7 +83,7 @@ def probe(
 
 
 def questions(addresses: Iterable[int] | None) -> int:
-    """Return the maximum number of requests of a probe.
+    """Return the maximum number of requests in a probe.
 
     >>> questions(None), questions([1, 255])
     (221, 4)
@@ -122,7 +123,7 @@ def _find_in_turn(
 def _find_ascii(
     open_line: OpenLine, chosen: frozenset[int] | None, on_request: OnRequest
 ) -> Iterator[FoundDevice]:
-    """Request the addresses of all devices in AA ASCII; simultaneous answers garble each other."""
+    """Find devices in AA ASCII by asking for their addresses; simultaneous answers garble each other."""
     line_format = ascii.LINE_FORMAT
     with closing(open_line(line_format)) as link:
         on_request("AA ASCII", 0)

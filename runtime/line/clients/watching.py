@@ -1,12 +1,12 @@
-"""Motions through a client: start, end, and the loss of the line during a motion.
+"""Motions through a client: how they start and end, and what happens if the line is lost during a motion.
 
     start, sent once --> motion seen --> rest, confirmed --> done
                      --> no motion: the error says what is missing
     error while watching --> stop, repeated --> at rest
                                             --> not confirmed: the motor may still be moving
 
-A late answer may describe an earlier state, so after missing answers, rest is confirmed only by more equal
-reads than late answers are possible.
+A late answer may describe an earlier state. After missing answers, rest is therefore confirmed only when more
+reads agree than there can be late answers.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .link import (
 )
 
 READS_FOR_MOTION = 4
-"""Maximum reads until a motion is seen after an answered start, `POLL_S` apart."""
+"""Maximum number of reads, `POLL_S` apart, until a motion must be seen after an answered start."""
 
 
 class MonitoringLostError(LinkError):
@@ -38,7 +38,7 @@ class MonitoringLostError(LinkError):
 
     Attributes:
         why: the cause, as text.
-        stopped: whether the motor was read at rest afterward.
+        stopped: whether a later read showed the motor at rest.
     """
 
     def __init__(self, why: str, *, stopped: bool, received: bytes = b"") -> None:
@@ -51,7 +51,7 @@ class MonitoringLostError(LinkError):
 
 
 def try_to_stop(stop: Callable[[], None]) -> bool:
-    """Stop the motor; return whether `stop` has confirmed it."""
+    """Try to stop the motor; return whether `stop` confirmed that it stopped."""
     try:
         stop()
     except LinkError:
@@ -72,7 +72,7 @@ def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class ControllerView:
-    """One read of a device: position in steps, final if it does not move; and error bits."""
+    """One read of a device: error bits, and the position in steps, which is final if at rest."""
 
     position: int
     moving: bool
@@ -83,14 +83,14 @@ StateType = TypeVar("StateType", bound=ControllerView)
 
 
 class MotionClient(ABC, Generic[StateType]):
-    """A client of a device with a motor.
+    """A client for a device with a motor.
 
     A motion raises LinkError if it was refused or may not have begun, and MonitoringLostError if the line
     fails after the start.
 
     Attributes:
         harmless: error bits that a successful motion may set.
-        final: error bits that fail a motion, even if they were set before it.
+        final: error bits that make a motion fail, even if they were set before it.
         faults: number of missing or damaged answers so far.
     """
 
@@ -107,11 +107,11 @@ class MotionClient(ABC, Generic[StateType]):
 
     @abstractmethod
     def read(self, name: str) -> int:
-        """Return a value by its name; ValueError for an unknown name."""
+        """Return a value by its name; raise ValueError for an unknown name."""
 
     @abstractmethod
     def start_move(self, steps: int) -> int:
-        """Start a move over signed steps; return its target."""
+        """Start a move by a signed number of steps; return its target."""
 
     @abstractmethod
     def look(self) -> StateType:
@@ -119,7 +119,7 @@ class MotionClient(ABC, Generic[StateType]):
 
     @abstractmethod
     def reasons(self, errors: int) -> str:
-        """Return the meanings of error bits and limits, to append to a sentence."""
+        """Return the meanings of error bits and limits, as text to append to a sentence."""
 
     @abstractmethod
     def halt(self) -> None:
@@ -137,11 +137,11 @@ class MotionClient(ABC, Generic[StateType]):
         return self.read("position")
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
-        """Move over signed steps and wait for the end; return the position.
+        """Move by a signed number of steps and wait for the end; return the position.
 
         Raises:
             ValueError: 0, or too many steps.
-            StoppedError: the move ended elsewhere, or with an error.
+            StoppedError: the move did not end at its target, or ended with an error.
         """
         check = self._prepare_check(steps)
         target = self.start_move(steps)
@@ -160,7 +160,7 @@ class MotionClient(ABC, Generic[StateType]):
         """Stop at once, without a ramp, and check that the motor is at rest.
 
         Raises:
-            RefusedError: the stop was answered, but the motor still moves.
+            RefusedError: the stop was answered, but the motor is still moving.
         """
         if self._await_rest(self.halt) is None:
             raise RefusedError("the stop was answered, but the motor still moves")
@@ -220,14 +220,14 @@ class MotionClient(ABC, Generic[StateType]):
             )
 
     def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> StateType:
-        """Send a start once, and check that the motion has begun; return the state before.
+        """Send a start command once, and check that the motion has begun; return the state before it.
 
         Args:
-            moves: whether the motion must be seen; otherwise an answer is enough.
+            moves: whether the motion must be observed; otherwise an answer is enough.
 
         Raises:
             RefusedError: the device refuses the start, or is already moving.
-            UnconfirmedMotionError: no motion was seen.
+            UnconfirmedMotionError: no motion was observed.
         """
         state_before = self._await_rest()
         if state_before is None:
@@ -241,7 +241,7 @@ class MotionClient(ABC, Generic[StateType]):
     def _send_and_check(
         self, name: str, send: Callable[[], object], state_before: StateType, moves: bool
     ) -> LinkError | None:
-        """Send a start once; return why the motion has not begun, or None if it has."""
+        """Send a start command once; return the reason why the motion has not begun, or None if it has."""
         failure: LinkError | None = None
         try:
             send()
@@ -276,7 +276,8 @@ class MotionClient(ABC, Generic[StateType]):
         """Send a new address, and use it from then on.
 
         Args:
-            witness: name of a value; if the answer is missing, a read of it shows which address is valid.
+            witness: name of a value; if the answer is missing, reading this value shows which address is
+            valid.
         """
         former_address = self.address
         try:

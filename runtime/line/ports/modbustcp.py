@@ -1,11 +1,11 @@
-"""Modbus TCP: requests with a seven-byte header; the reply has the transaction number of its request.
+"""Modbus TCP: requests have a seven-byte header, and each reply has the transaction number of its request.
 
     0-1  transaction   2-3  protocol, 0   4-5  length of the rest   6  unit   7...  PDU
 
-A client may send further requests without waiting; the replies are in order. Bytes that are not Modbus TCP
-end their connection.
+A client may send further requests without waiting; the replies are in order. A connection ends if it receives
+bytes that are not Modbus TCP.
 
-pymodbus's framer and server are not used. The framer loses a byte after a request 11h. The server answers
+pymodbus's framer and server are not used. The framer loses a byte after an 11h request. The server answers
 only the first of several requests in one packet, refuses an unknown function with 80h in place of the
 function, and serves functions that no device here has (tests/unit/line/test_pymodbus.py).
 """
@@ -25,19 +25,19 @@ PDU_MAX = 253
 """The longest PDU, bytes [Modbus application protocol]."""
 
 AnswerPdu = Callable[[int, bytes], bytes | None]
-"""Returns the reply PDU for a unit's address and a request PDU, or None for no reply."""
+"""Function that returns the reply PDU for a unit's address and a request PDU, or None for no reply."""
 
 
 class ModbusTcpPort:
     """A Modbus TCP server.
 
     Args:
-        port: the port, 0 for any free port.
-        places: maximum connections, further ones are closed; None for the limit in `places`.
+        port: port number; 0 selects any free port.
+        places: maximum number of connections; further ones are closed. None for the limit in `places`.
         selector: a selector that also waits for other ports; by default a new one.
 
     Raises:
-        PortError: the port can't listen at the address.
+        PortError: the port can't listen on the address.
     """
 
     def __init__(
@@ -144,6 +144,6 @@ def reply_to(request: bytes, answer: AnswerPdu) -> bytes:
 
 
 def reply_frame(request: bytes, pdu: bytes) -> bytes:
-    """Return the frame of a reply PDU, with transaction and unit of its request."""
+    """Return the frame of a reply PDU, with the transaction and unit of its request."""
     transaction, _, _, unit = HEADER.unpack_from(request)
     return HEADER.pack(transaction, 0, len(pdu) + 1, unit) + pdu

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 CLIENTS_MAX = 64
 
 SILENT_NS = 10_000_000_000
-"""Minimum silence of a client that may be dropped at the limit."""
+"""How long a client must have been silent before it may be dropped at the limit."""
 
 
 def make_place(heard_ns: Mapping[socket.socket, int], now_ns: int) -> tuple[socket.socket | None, bool]:

@@ -1,4 +1,4 @@
-"""The interface of every port, and its count of bytes."""
+"""The interface that every port has, and the count of its bytes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..wire import LineFormat
 
 @dataclass(slots=True)
 class Traffic:
-    """Number of bytes through a port, and of losses of the port."""
+    """Number of bytes that passed through a port, and number of times the port was lost."""
 
     received: int = 0
     sent: int = 0
@@ -18,7 +18,7 @@ class Traffic:
 
 
 class PortError(ValueError):
-    """A port can't be opened; the message has the port and the cause."""
+    """A port can't be opened; the message contains the port and the cause."""
 
 
 class Port(Protocol):
@@ -33,7 +33,7 @@ class Port(Protocol):
         """Return received bytes, or b"" after `seconds`."""
 
     def send(self, data: bytes) -> None:
-        """Send bytes; without a receiver, drop them, as on a line."""
+        """Send bytes; if there is no receiver, drop them, as on a line."""
 
     def follow(self, line_format: LineFormat) -> None:
         """Change the character format, if the port has one."""

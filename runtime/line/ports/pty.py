@@ -18,11 +18,11 @@ NO_PTY = "this system has no pseudo-terminals: use --tcp, or --serial with a pai
 
 
 class PtyPort(Port):
-    """A pseudo-terminal in raw mode, not on Windows.
+    """A pseudo-terminal in raw mode; not available on Windows.
 
-    Programs may open and close its path at any time: this port keeps the client's end open, so that the
-    terminal never hangs up. Speed and parity have no effect. The operating system refuses even parity, so set
-    the program to no parity.
+    Programs may open and close its path at any time, because this port keeps the client's end open so that
+    the terminal never hangs up. Speed and parity have no effect. The operating system refuses even parity, so
+    set the program to no parity.
 
     Raises:
         ValueError: the system has no pseudo-terminals.
@@ -48,14 +48,14 @@ class PtyPort(Port):
 
     @override
     def send(self, data: bytes) -> None:
-        """Send bytes; drop bytes that do not fit because the reader does not read."""
+        """Send bytes; drop bytes that do not fit because the reader is not reading."""
         try:
             self.traffic.sent += os.write(self._port_fd, data)
         except BlockingIOError:
             self.traffic.lost += 1
 
     def follow(self, line_format: LineFormat) -> None:
-        """Do nothing: a pseudo-terminal has no line format."""
+        """Do nothing, since a pseudo-terminal has no line format."""
 
     @override
     def close(self) -> None:

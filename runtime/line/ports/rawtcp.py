@@ -12,15 +12,15 @@ from .sockets import Listener
 
 
 class RawTcpPort(Port):
-    """The bytes of the line over TCP: RTU frames, or ASCII while the unit uses ASCII.
+    """Carries the line's bytes over TCP: RTU frames, or ASCII while the unit uses ASCII.
 
-    Several clients may connect, but they share one line: replies go to the latest sender.
+    Several clients may connect, but they share one line, so replies go to the latest sender.
 
     Args:
-        port: the port, 0 for any free port.
+        port: port number; 0 selects any free port.
 
     Raises:
-        PortError: the port can't listen at the address.
+        PortError: the port can't listen on the address.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -44,7 +44,7 @@ class RawTcpPort(Port):
             self.traffic.sent += len(data)
 
     def follow(self, line_format: LineFormat) -> None:
-        """Do nothing: TCP has no line format."""
+        """Do nothing, since TCP has no line format."""
 
     @override
     def close(self) -> None:

@@ -4,8 +4,8 @@
     unit 1             |reply|
     unit 2   |request|  |reply|  quiet |    a unit does not hear its own characters
 
-A port delivers a frame at once, so bytes of the master may arrive while a unit still sends. They wait until
-the line is quiet, since on a real line they would follow the reply.
+A port delivers a whole frame at once, so the master's bytes may arrive while a unit is still sending. These
+bytes wait until the line is quiet, since on a real line they would follow the reply.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing_extensions import override
 from ..wire import Device, LineFormat
 
 QUIET_CHARACTERS = 5
-"""Silence after the bytes of a unit, in characters; 3.5 characters end a Modbus frame."""
+"""Silence after a unit's bytes, in characters; 3.5 characters end a Modbus frame."""
 
 
 class BusSegment(Device):
@@ -25,7 +25,7 @@ class BusSegment(Device):
 
     Args:
         units: one or more with the same line format, in the order of their addresses.
-        quiet_ns: silence after the bytes of a unit, ns; None for `QUIET_CHARACTERS` at the line's speed.
+        quiet_ns: silence after a unit's bytes, ns; None for `QUIET_CHARACTERS` at the line's speed.
     """
 
     def __init__(self, *units: Device, quiet_ns: int | None = None) -> None:
@@ -41,7 +41,7 @@ class BusSegment(Device):
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next wake-up of a unit, or of the end of a wait for silence."""
+        """Instant at which a unit next wakes up or a wait for silence ends."""
         instants = [wake_ns for unit in self.units if (wake_ns := unit.next_wake_ns) is not None]
         if self._waiting:
             instants.append(self._free_ns)

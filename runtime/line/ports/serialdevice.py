@@ -1,4 +1,4 @@
-"""A real serial port, which is reopened after it was unplugged."""
+"""A real serial port, which is reopened after it has been unplugged."""
 
 from __future__ import annotations
 

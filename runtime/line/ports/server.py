@@ -1,4 +1,4 @@
-"""The loop between a port and a device without I/O, in real time."""
+"""The real-time loop between a port and a device that does no I/O itself."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LONGEST_S = 0.1
 
 
 class Server(Protocol):
-    """Serves a device at a port, step by step."""
+    """Serves a device on a port, step by step."""
 
     def step(self, longest_s: float) -> None:
         """Wait for the next event, at most `longest_s`, and handle it."""
@@ -33,13 +33,13 @@ class Server(Protocol):
 
 
 class LineListener(Protocol):
-    """A listener to the bytes on a line."""
+    """A listener for the bytes on a line."""
 
     def received(self, now_ns: int, data: bytes) -> None:
-        """Note bytes to the device."""
+        """Note bytes that were sent to the device."""
 
     def sent(self, now_ns: int, data: bytes) -> None:
-        """Note bytes from the device."""
+        """Note bytes that the device sent."""
 
 
 PortType = TypeVar("PortType", Port, ModbusTcpPort)
@@ -65,11 +65,11 @@ class PortServer(Server, Generic[PortType]):
 
 
 class LineServer(PortServer[Port]):
-    """A device at a port that carries the bytes of its serial line.
+    """Serves a device on a port that carries the bytes of its serial line.
 
     Args:
         device: a unit, or a `BusSegment` of several units.
-        listener: is called with all bytes.
+        listener: called with all bytes.
     """
 
     def __init__(
@@ -93,12 +93,13 @@ class LineServer(PortServer[Port]):
 
 
 class PduServer(PortServer[ModbusTcpPort]):
-    """A device at a Modbus TCP port: requests bypass its serial line, but its time runs.
+    """Serves a device on a Modbus TCP port; requests bypass its serial line, but its time still advances.
 
     Args:
         device: a unit, or a `BusSegment` of several units.
-        answer: carries out a request PDU at the present instant of the device, and returns the reply PDU.
-        listener: is called with every request and reply, as unit and PDU.
+        answer: function that carries out a request PDU at the device's present instant and returns the reply
+        PDU.
+        listener: called with every request and reply, as unit and PDU.
     """
 
     def __init__(
@@ -128,11 +129,11 @@ class PduServer(PortServer[ModbusTcpPort]):
 
 
 class GatewayServer(PortServer[ModbusTcpPort]):
-    """A gateway at a Modbus TCP port, which passes requests to the serial line one at a time.
+    """Serves a gateway on a Modbus TCP port; the gateway passes requests to the serial line one at a time.
 
     Args:
         gateway: the master of the line.
-        listener: is called with every request on arrival, and every reply when it is sent.
+        listener: called with every request when it arrives, and with every reply when it is sent.
     """
 
     def __init__(

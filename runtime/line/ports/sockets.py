@@ -18,16 +18,16 @@ class Listener:
     """A listening TCP socket with its connections.
 
     Attributes:
-        name: host:port, with the system's choice for port 0.
+        name: host:port; for port 0, this has the port that the system chose.
         connections: the clients, each with the wall time of its latest bytes; see `places`.
 
     Args:
-        port: the port, 0 for any free port.
-        places: maximum connections, further ones are closed; None for the limit in `places`.
+        port: port number; 0 selects any free port.
+        places: maximum number of connections; further ones are closed. None for the limit in `places`.
         selector: a selector that also waits for other listeners; by default a new one.
 
     Raises:
-        PortError: the socket can't listen at the address.
+        PortError: the socket can't listen on the address.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Listener:
         self._selector.register(self._socket, selectors.EVENT_READ, self)
 
     def wait(self, seconds: float) -> Iterator[tuple[socket.socket, bytes]]:
-        """Accept new connections; yield the received bytes of the others, b"" for an ended connection."""
+        """Accept new connections; yield the bytes received on the others, b"" for a closed connection."""
         for key, _ in self._selector.select(seconds):
             yield from self.take(key.fileobj)
 
@@ -92,7 +92,7 @@ class Listener:
         self._socket.close()
 
     def _accept(self) -> socket.socket | None:
-        """Accept a client unless the limit is reached; return the client that was dropped for it, or None."""
+        """Accept a client unless the limit is reached; return the client dropped to make room, or None."""
         try:
             connection, _ = self._socket.accept()
         except OSError:  # the client has already closed the connection

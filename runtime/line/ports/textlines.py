@@ -1,4 +1,4 @@
-"""Lines of text over TCP, each with a line as the answer; one of its first lines must admit a client."""
+"""Lines of text over TCP, each answered by a line; a client must be admitted by one of its first lines."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .sockets import Listener
 LINE_MAX = 4096
 
 CLIENTS_MAX, STRANGERS_MAX = 8, 8
-"""Maximum number of admitted clients, and of strangers: clients that are not admitted yet."""
+"""Maximum number of admitted clients, and of strangers, which have not been admitted yet."""
 
 
 class EndOfTalkError(ValueError):
@@ -18,13 +18,14 @@ class EndOfTalkError(ValueError):
 
 
 class TextLinePort:
-    """Answers lines of UTF-8 text; a line of more than `LINE_MAX` bytes ends its connection.
+    """Answers lines of UTF-8 text; a line longer than `LINE_MAX` bytes ends its connection.
 
-    A client is a stranger until one of its lines is answered. Of too many strangers, the earliest is dropped;
-    of too many admitted clients, the most silent. The port always accepts a new client.
+    A client is a stranger until one of its lines is answered. If there are too many strangers, the earliest
+    one is dropped; if there are too many admitted clients, the one that has been silent longest is dropped.
+    The port always accepts a new client.
 
     Args:
-        port: the port, 0 for any free port.
+        port: port number; 0 selects any free port.
 
     Raises:
         PortError: the port can't listen at the address.
@@ -40,8 +41,8 @@ class TextLinePort:
         """Answer the lines that have arrived.
 
         Args:
-            answer: returns the answer to a line and whether its client is admitted; an `EndOfTalkError` ends
-                the connection.
+            answer: function that returns the answer to a line and whether its client is admitted; an
+                `EndOfTalkError` ends the connection.
         """
         for connection, data in self._listener.wait(0):
             if data:

@@ -1,4 +1,4 @@
-"""Limits and substitutions of a device, row by row, with the 3601's bits that report them.
+"""A device's limits and substitutions, row by row, with the 3601 bits that report them.
 
 The first row that applies decides:
 
@@ -8,7 +8,7 @@ The first row that applies decides:
     missing function                      COMMAND_ERROR
     search for home                       HOME_INVALID, COMMAND_ERROR
 
-A motion that reaches the same target with other ramps runs. An event reports the first one.
+A motion that reaches the same target with different ramps is allowed. An event reports the first such motion.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ HOMING = (StatusMsw.HOME_INVALID | StatusMsw.COMMAND_ERROR).value
 BLOCK = StatusMsw.INVALID_PROFILE.value
 
 RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME, Feature.SPEED_CHANGE})
-"""Commands with speed and rates."""
+"""Commands that have a speed and rates."""
 
 TIMED = RAMPED | {Feature.BLEND_SEGMENT, Feature.ENCODER_MOVE}
-"""Commands with a speed."""
+"""Commands that have a speed."""
 
 AdapterOptions = TypeVar("AdapterOptions")
 
@@ -99,7 +99,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
 
     @override
     def lacking_for(self, request: AxisRequest) -> Refusal | None:
-        """Return why a command is refused; otherwise record substitutions and return None."""
+        """Return the reason to refuse a command, or record its substitutions and return None."""
         for row in self.command_rows:
             if row.covers(request.feature) and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)
@@ -119,7 +119,7 @@ def always(request: AxisRequest, options: object) -> bool:
 
 
 def unless(option: str, value: str) -> Callable[[object, object], bool]:
-    """Return a condition that refuses unless an option has a value.
+    """Return a condition that is true unless an option has the given value.
 
     >>> from types import SimpleNamespace
     >>> unless("blend", "segmented")(None, SimpleNamespace(blend="refuse"))

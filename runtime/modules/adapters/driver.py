@@ -27,7 +27,7 @@ PROBE_NS = 250_000_000
 
 
 class Driver(Exchanges[Drive]):
-    """The script of the exchanges with a device."""
+    """The sequence of exchanges with a device."""
 
     def __init__(self, line_timing: LineTiming) -> None:
         super().__init__(line_timing)
@@ -44,12 +44,12 @@ class Driver(Exchanges[Drive]):
         raise NotImplementedError
 
     def carry_out(self, task: Task[Drive]) -> Talk:
-        """Make a motion, up to the standstill after it."""
+        """Carry out a motion, including the wait for standstill."""
         raise NotImplementedError
 
     @property
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """The reads of a poll, in order; the status comes before the position."""
+        """Return the reads of a poll, in order; the status comes before the position."""
         return self.read_status, self.read_position, self.read_inputs
 
     def restore_protocol(self) -> Talk:
@@ -69,7 +69,7 @@ class Driver(Exchanges[Drive]):
         """End a pause if the adapter has a new request."""
 
     def forget(self) -> None:
-        """Drop all knowledge of the device's parameters, and requests to clear."""
+        """Forget the device's parameters, and drop pending requests to clear."""
         raise NotImplementedError
 
     # -- the script ---------------------------------------------------------------------------
@@ -94,7 +94,7 @@ class Driver(Exchanges[Drive]):
                 yield PUBLISH
 
     def _reset_after_loss(self) -> None:
-        """Drop all tasks and all knowledge of the device."""
+        """Drop all tasks, and forget the state of the device."""
         self.task = None
         self.tasks.clear()
         self.cut = False
@@ -127,7 +127,7 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _do_most_urgent(self) -> Talk:
-        """Carry out the most urgent request; poll without one."""
+        """Carry out the most urgent request, or poll if there is none."""
         if self.cut:
             yield from self.halt()
             yield PUBLISH
@@ -168,7 +168,7 @@ class Driver(Exchanges[Drive]):
             yield from self.rebase(BIAS)
 
     def _poll_with_late_replies(self) -> Talk:
-        """Read the status; a reply that shows a motion may be late, so further replies must confirm it."""
+        """Read the status; a reply that shows a motion may be late, so more replies must confirm it."""
         for _ in range(self.master.overdue + 1):
             if (yield from self.confirm_standstill(self.has_work)) or self.has_work():
                 self.busy = False
@@ -202,7 +202,7 @@ class Driver(Exchanges[Drive]):
         raise NotImplementedError
 
     def accompany(self, task: Task[Drive]) -> Talk:
-        """Poll a motion until the device is idle; slow it down or mark it on request."""
+        """Poll until the motion has ended; slow it down or set its mark on request."""
         was_slowed = was_marked = False
         while not self.cut:
             if task.stopping and not was_slowed:
@@ -231,7 +231,7 @@ class Driver(Exchanges[Drive]):
         return not self.master.overdue or (yield from self.confirm_standstill())
 
     def slow_down(self, task: Task[Drive]) -> Talk:
-        """Stop softly; an index move is then at rest."""
+        """Stop with a ramp; an index move is then at rest."""
         raise NotImplementedError
 
     def set_mark(self, task: Task[Drive]) -> Talk:
@@ -239,7 +239,7 @@ class Driver(Exchanges[Drive]):
         raise NotImplementedError
 
     def stop_and_index(self, task: Task[Drive]) -> Talk:
-        """Mark the present position, stop, and index the remaining steps after the mark."""
+        """Use the present position as the mark, stop, and index the steps that remain."""
         yield from self.read_position()
         mark = self.position
         task.stopping = True

@@ -1,4 +1,4 @@
-"""Reads and writes of a device over a link, one exchange after the other.
+"""Reads from and writes to a device over a link, one exchange at a time.
 
 The driver sets the device's counter to `BIAS`. After a power loss the device counts from 0, so a position
 near 0 reveals the loss.
@@ -31,7 +31,7 @@ class ControllerState(Enum):
 
 
 class LinkLostError(Exception):
-    """Three exchanges in a row, or all exchanges of half a second, have failed."""
+    """Three exchanges in a row, or all exchanges in half a second, have failed."""
 
 
 class PowerLostError(Exception):
@@ -49,10 +49,10 @@ class Exchanges(Generic[Drive]):
         position: the device's counter, as last read.
         busy: whether the device was moving when its status was last read.
         task: the present motion.
-        tasks: motions that wait for their start.
+        tasks: motions that are waiting to start.
         cut: a hard stop is requested or in progress.
         setup: a configuration is requested or in progress.
-        rebased: steps by which the counter was set without motion.
+        rebased: change of the counter, in steps, that was made without motion.
         findings: findings that the adapter has not processed yet.
         unfit: the device reports its own failure; the adapter clears MODULE_OK.
         capture_level: level of the capture input that captures, None without a capture input.
@@ -112,7 +112,7 @@ class Exchanges(Generic[Drive]):
         """Make one exchange; return its reply, or None if it failed.
 
         Raises:
-            LinkLostError: the third exchange in a row has failed, or the silence lasts too long.
+            LinkLostError: the third exchange in a row has failed, or the silence has lasted too long.
         """
         reply = yield request
         if reply is not None:

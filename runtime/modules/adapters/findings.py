@@ -7,12 +7,12 @@ from enum import IntEnum, auto
 
 
 class FindingKind(IntEnum):
-    """Kinds of findings, in the order of their processing."""
+    """Kinds of findings, in the order in which they are processed."""
 
     POWER_LOST = auto()
     """The device was switched off."""
     COMPLAINT = auto()
-    """The device reports an error, or does not obey."""
+    """The device has reported an error, or has not obeyed."""
     RETURNED = auto()
     """The device answers again after a loss of the link, and was not switched off."""
     STRAYED = auto()
@@ -45,7 +45,7 @@ class Findings:
             self._waiting.append(finding)
 
     def complain(self, bits: int, text: str) -> None:
-        """Add a complaint with its bits of input word 0."""
+        """Add a complaint, with the bits of input word 0 that report it."""
         self._waiting.append(Finding(FindingKind.COMPLAINT, bits, text))
 
     def take(self) -> list[Finding]:

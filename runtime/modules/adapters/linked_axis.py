@@ -1,6 +1,6 @@
-"""A device as the command layer's axis: the part that all devices share.
+"""The command layer's view of a device as an axis; this part is shared by all devices.
 
-    image position = offset + counter - steps by which the counter was set without motion
+    image position = offset + counter - change of the counter that was made without motion
 
 A preset changes the offset only. The position is from the latest read. Direction and ramp are computed from
 the accepted command and the profile that the device runs.
@@ -24,7 +24,7 @@ CAPTURE = InputBit.CAPTURE.value
 
 
 class LinkedAxis(Generic[Drive]):
-    """An `Axis` that a device moves.
+    """An `Axis` whose motor is driven by a device.
 
     Attributes:
         substitutions: substitutions that have not been reported yet.
@@ -131,7 +131,7 @@ class LinkedAxis(Generic[Drive]):
         self.driver.tasks.append(self.task_for(TaskKind.INDEX, direction, profile, abs(distance)))
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
-        """Start a motion of a single step at `speed_sps`."""
+        """Start a single step at `speed_sps`."""
         self.move(now_ns, direction, Profile(speed_sps, speed_sps, 1, 1))
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
@@ -195,10 +195,10 @@ class LinkedAxis(Generic[Drive]):
         """Do nothing: every read causes a tick."""
 
     def watch_marker(self) -> None:
-        """Do nothing: the marker is not wired."""
+        """Do nothing, because the marker is not wired."""
 
     def preset_position(self, value: int) -> None:
-        """Set the present position to `value`; the mirrored encoder count stays."""
+        """Set the present position to `value`; the mirrored encoder count does not change."""
         shift = value - self.position
         self._offset += shift
         self._count_offset -= shift
@@ -208,7 +208,7 @@ class LinkedAxis(Generic[Drive]):
         self._count_offset = value - self.position
 
     def reset_errors(self) -> None:
-        """Do nothing: the axis has no errors."""
+        """Do nothing, because the axis has no errors."""
 
     @property
     def _start_sps(self) -> int:

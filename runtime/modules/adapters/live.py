@@ -30,7 +30,7 @@ STOP_S = 0.5
 """Longest wait, in s, for the motor to stop at the end of a run."""
 
 READ_PERIOD_S = 0.002
-"""Time, in s, between two reads of the line during that wait."""
+"""Time, in s, between two reads of the line while the motor stops."""
 
 
 class LiveAdapter(Adapter[Drive]):
@@ -44,7 +44,7 @@ class LiveAdapter(Adapter[Drive]):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to the wall clock's time; events have the scan's time, `now_ns`."""
+        """Advance to the wall clock's time; events are stamped with the scan's time, `now_ns`."""
         self._present_ns = self._clock.now_ns()
         for reason in self._line.take_losses():
             self._note(self._present_ns, "port lost", f"{reason}; the port is reopened when it is back")

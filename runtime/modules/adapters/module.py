@@ -1,10 +1,10 @@
-"""An adapter in its slot: the 3601's command layer, and a device at the end of a line.
+"""An adapter in its slot, which is the 3601's command layer and a device at the end of a line.
 
     changed words act at the next 250 µs; inputs act when they have been read
     |  tick  |        |        |        |
     words --^    line: request, reply, request, reply ... published --^ tick
 
-Without a good exchange MODULE_OK is clear, the words keep their values and commands are ignored. A new
+Without a good exchange, MODULE_OK is clear, the words keep their values, and commands are ignored. A new
 configuration is shown once the device has it. STOPPED, MOVE_COMPLETE, AT_HOME and HOLD_STATE are shown once
 the device has been read at rest. Words that arrive during a hard stop or a configuration wait for its end,
 in their order:
@@ -56,16 +56,16 @@ POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
-"""Bits of input word 0 that are cleared when the link is back: all but the mode and two others."""
+"""Bits of input word 0 that are cleared when the link is back: not mode, MODULE_OK or CONFIG_ERROR."""
 COMMAND_BITS = 0x7FFF
 """Command bits of output word 0; bit 15 selects configuration mode."""
 COMMANDS_OF_LSW = (
     CommandLsw.ENC_FOLLOWER | CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT | CommandLsw.STORE_MIN_REG
 ).value
 WAITING_MAX = 1000
-"""Maximum images that wait for the end of a stop or a configuration."""
+"""Maximum number of images that wait for a stop or a configuration to end."""
 ENDLESS = 1 << 62
-"""Number of affected replies of a disturbance that has no end."""
+"""Number of replies affected by a disturbance that lasts indefinitely."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,8 @@ class AdapterKind(Generic[Drive]):
 
     Attributes:
         driver: makes a driver from options and an address.
-        axis: makes an unconfigured axis from a driver and options.
-        plant: makes a simulated device of address 1 from its machine and options.
+        axis: makes an axis, not yet configured, from a driver and options.
+        plant: makes a simulated device at address 1 from its machine and options.
         capabilities: its reasons to refuse configurations and commands.
         network: opens a port that is not a serial line, by its name; None for a serial line.
     """
@@ -95,7 +95,7 @@ class AdapterKind(Generic[Drive]):
 
         Args:
             machine: machine of the simulated device; by default without switches.
-            options: by name.
+            options: options of the adapter, by name.
 
         Raises:
             ValueError: an unknown option, an invalid value, or a machine that slips or jams.
@@ -111,7 +111,7 @@ class Adapter(Generic[Drive]):
     Attributes:
         machine: machine of the simulated device.
         controller: the device at the far end of the line.
-        events: in order of time; the caller empties it.
+        events: events in order of time; the caller empties the list.
         axis: the device as an axis of the command layer.
         layer: the 3601's rules.
     """
@@ -212,7 +212,7 @@ class Adapter(Generic[Drive]):
         self.look_again()
 
     def look_again(self) -> None:
-        """Sense the machine's inputs after an external change."""
+        """Read the machine's inputs again after an external change."""
         self.controller.sense(self._now_ns)
 
     # -- time ---------------------------------------------------------------------------------
@@ -309,7 +309,7 @@ class Adapter(Generic[Drive]):
             self.layer.overlook(words)
 
     def _ignore_words(self, now_ns: int, words: Words) -> None:
-        """End a motion while the device is absent; bits that are set now make no edge later."""
+        """End a motion while the device is absent; bits that are set now do not cause an edge later."""
         self.layer.abandon(now_ns)
         self._waiting.clear()
         self._missed = False
@@ -318,7 +318,7 @@ class Adapter(Generic[Drive]):
             self._overlook(words)
 
     def _overlook(self, words: Words) -> None:
-        """Record words without obeying them, so that they make no edge; a configuration is obeyed later."""
+        """Record words without obeying them, to prevent an edge; a configuration is obeyed later."""
         if words[0] >= 0:
             self.layer.overlook(words)
 
@@ -361,7 +361,7 @@ class Adapter(Generic[Drive]):
         self._show(now_ns, "strayed", POSITION_INVALID, "the axis has moved without a command")
 
     def _show_return(self, now_ns: int, words: Words) -> None:
-        """Show that the link is back, and that the position is unknown; bits that are set make no edge."""
+        """Show that the link is back and the position is unknown; bits that are set cause no edge."""
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the device answers again; it may have moved without the link"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
@@ -375,7 +375,7 @@ class Adapter(Generic[Drive]):
             self.layer.operation.on_many_bits(now_ns)
 
     def _show_short_stop(self, now_ns: int, findings: Iterable[Finding]) -> None:
-        """End a move that has stopped before its target without a visible limit."""
+        """End a move that has stopped before its target although no limit is active."""
         if any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings):
             self._show(now_ns, "stopped short", POSITION_INVALID, "the device has stopped before the target")
             if self.layer.cuttable:
@@ -437,7 +437,7 @@ class SimulatedAdapter(Adapter[Drive]):
 
 
 def _command_rises(previous: Words, words: Words) -> bool:
-    """Return whether a command bit rises between two images; configuration words have no command bits."""
+    """Return whether a command bit rises from one image to the next; configuration words have none."""
     if words[0] < 0:
         return False
     lsw_before = previous[1] if previous[0] >= 0 else 0

@@ -1,4 +1,4 @@
-"""The device of an adapter with its line and its machine: the parts that adapters share."""
+"""An adapter's device with its line and machine, in the parts that all adapters share."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class LinkedController:
         return self.line.next_event_ns()
 
     def run_until(self, now_ns: int) -> None:
-        """Advance to `now_ns`; the caller stops at every event before."""
+        """Advance to `now_ns`; the caller must stop at every earlier event."""
 
     def sense(self, now_ns: int) -> None:
         """Update the machine from the motor, and the inputs from the machine."""
@@ -50,7 +50,7 @@ class LinkedController:
 
 
 class SimulatedController(LinkedController):
-    """A simulated device: its line can be disturbed."""
+    """A simulated device, whose line can be disturbed."""
 
     line: SimulatedLine
 
@@ -93,7 +93,7 @@ class Plant(SimulatedController, ABC):
 
     @property
     def feedback(self) -> int:
-        """The device's outputs that are wired to its inputs, as a mask."""
+        """Mask of the device's outputs that are wired to its inputs."""
         return 0
 
     @abstractmethod
@@ -128,7 +128,7 @@ class Plant(SimulatedController, ABC):
         self.sense(now_ns)
 
     def feeds(self, bit: InputBit) -> tuple[Switch, ...]:
-        """Return the switches that feed an input now: none while it is held at a level."""
+        """Return the switches that feed an input now, or none while the input is held at a level."""
         return () if self._held_bits & bit.value else switches_of(self.machine, bit)
 
     def _follow(self, now_ns: int) -> None:

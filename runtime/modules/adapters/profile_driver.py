@@ -1,4 +1,4 @@
-"""Driver and axis of a device that runs a 3601's profile: a PCL601 or a networked drive.
+"""Driver and axis of a device that can run a 3601's profile, such as a PCL601 or a networked drive.
 
 The device counts up to 8,000,000 steps in either direction and has an encoder. `kinematics` plans its
 motions, as for a 3601.
@@ -19,7 +19,7 @@ from .task import DriveSettings, Task, TaskKind
 
 COUNTER_END = 8_000_000
 STEPS_RESERVED = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Steps to the end of the counter's range that a motion without a target needs at its start."""
+"""Steps to the end of the counter's range that a motion without a target needs when it starts."""
 
 
 class ProfileSettings(DriveSettings, Protocol):
@@ -34,14 +34,14 @@ Settings = TypeVar("Settings", bound=ProfileSettings)
 
 
 def planned_stop(task: Task[Settings], now_ns: int) -> Motion:
-    """Return the motion of a task that ramps down from `now_ns` on."""
+    """Return the planned motion of a task whose ramp-down begins at `now_ns`."""
     assert task.model is not None
     profile = task.drive.profile
     return stop(task.model, now_ns, profile.start_sps, profile.deceleration_spmss, profile.shape)
 
 
 def planned_end(task: Task[Settings], now_ns: int) -> Motion:
-    """Return the motion of a registration move after its mark at `now_ns`."""
+    """Return the planned motion of a registration move whose mark is at `now_ns`."""
     assert task.model is not None
     profile = task.drive.profile
     ramp = profile.start_sps, profile.deceleration_spmss, profile.shape
@@ -49,7 +49,7 @@ def planned_end(task: Task[Settings], now_ns: int) -> Motion:
 
 
 class ProfileDriver(Driver[Settings]):
-    """The script of the exchanges with a device that runs a 3601's profile."""
+    """The sequence of exchanges with a device that runs a 3601's profile."""
 
     def keep_counter_in_range(self, task: Task[Settings]) -> Talk:
         """Set the counter to the other end of its range if the motion would leave the range."""
@@ -74,7 +74,7 @@ class ProfileDriver(Driver[Settings]):
 
 
 class ProfileAxis(LinkedAxis[Settings]):
-    """An `Axis` that a device moves by a 3601's profile."""
+    """An `Axis` whose device runs a 3601's profile."""
 
     _encoder_offset = 0
 
@@ -96,7 +96,7 @@ class ProfileAxis(LinkedAxis[Settings]):
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the device's own count stays."""
+        """Set the present encoder count to `value`; the device's own count does not change."""
         if self.has_encoder:
             self._encoder_offset = value - self.counts
         else:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .module import AdapterKind
 
 ROUND_TRIP_MS = 400
-"""Longer than the response to the slowest command, a configuration."""
+"""Longer than the response time of the slowest command, a configuration."""
 
 
 def adapter_record(

@@ -45,5 +45,5 @@ class Task(Generic[Drive]):
 
     @property
     def registers(self) -> bool:
-        """Whether it is a registration move: a slew that ends a number of steps after its mark."""
+        """Whether the task is a registration move: a slew that ends a number of steps after its mark."""
         return self.kind is TaskKind.SLEW and self.steps > 0

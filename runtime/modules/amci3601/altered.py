@@ -1,4 +1,4 @@
-"""A 3601 that deviates from the model: other interpretations, and modules without a rule.
+"""A 3601 that deviates from the model, for example by another reading of the manual or a missing rule.
 
 An `Alteration` is data; `Altered3601` is the simulated module with an alteration.
 """
@@ -26,7 +26,7 @@ from .refusals import RefusalRule
 from .scaled_axis import AxisScales, ScaledGenerator
 
 ImageWords: TypeAlias = tuple[int, ...]
-"""Eight signed words."""
+"""The eight signed words of an image."""
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 CONFIGURES = CommandMsw.MODE_CONFIG.value
@@ -35,15 +35,15 @@ _WORD = 0xFFFF
 
 @dataclass(frozen=True, slots=True)
 class Alteration:
-    """A deviation of a module; by default every attribute is as in the model.
+    """A deviation from the model; by default, no attribute deviates.
 
     Attributes:
         sentence: the deviation, as a sentence about the module.
         options: options of the model; see `Amci3601Options`.
         silent: rules that set no bits when they fire.
-        adds: further bits of word 0 that rules set when they fire.
+        adds: additional bits of word 0 that rules set when they fire.
         overlooked: rules that the module does not check, so that it carries out the command.
-        also: further reasons to refuse a command.
+        also: additional reasons to refuse a command.
         clears: returns the bits of word 0 that the module clears where the model clears the given bits.
         hidden: status bits of both words that the module does not show.
         during: the kind of motion during and after which bits are hidden; "" for always.

@@ -1,7 +1,7 @@
-"""The 3601's functions that an axis lacks.
+"""The 3601's functions, and those that an axis lacks.
 
 The command layer checks the manual's rules first, then the axis. It refuses a function that the axis lacks
-with the 3601's error bits, and an event has the reason.
+with the 3601's error bits, and an event states the reason.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Refusal:
 
 
 class AxisHoming(Enum):
-    """The part of homing that an axis does itself."""
+    """The part of homing that an axis carries out itself."""
 
     NONE = "nothing"
     LEAVES_SWITCH = "it stops when it leaves the home switch"

@@ -34,7 +34,7 @@ class Axis(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is running, or the axis is not yet known to be at rest after `cut`."""
+        """Whether the axis is moving, or is not yet known to be at rest after `cut`."""
 
     @property
     def direction(self) -> int:
@@ -59,7 +59,7 @@ class Axis(Protocol):
         """Start a move over `distance` steps (signed, not 0)."""
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
-        """Start a motion of a single step at `speed_sps`."""
+        """Start a single step at `speed_sps`."""
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
         """Output step pulses at once, without a motion."""
@@ -68,11 +68,11 @@ class Axis(Protocol):
         """Start a motion that lasts until it is stopped.
 
         Args:
-            registration: the steps of a later `register`, None without one.
+            registration: the number of steps of a later `register`, or None without one.
         """
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Search for home, as far as the axis does it itself; see `AxisHoming`."""
+        """Carry out the axis's own part of homing; see `AxisHoming`."""
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Ramp from the present speed to the profile's, which may be below its starting speed."""
@@ -81,10 +81,10 @@ class Axis(Protocol):
         """End the motion after exactly `steps` more whole steps, deceleration included."""
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
-        """Start a blend move over all segments of a stored program."""
+        """Start a blend move through all segments of a stored program."""
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
-        """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
+        """Begin a controlled stop, which ramps down to the starting speed and ends on a whole step."""
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return the number of steps of a controlled stop that begins now."""

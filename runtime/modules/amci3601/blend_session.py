@@ -13,7 +13,7 @@ from .axis_protocol import BlendProgram
 
 @dataclass(slots=True)
 class BlendSession:
-    """A session of the handshake, from the first block to the fall of the program bit."""
+    """A session of the handshake, from the first block until the program bit is cleared."""
 
     acknowledged: bool = False
     is_good: bool = True  # no faulty block so far
@@ -36,11 +36,11 @@ class BlendSession:
         return BlendProgram(tuple(self.segments), self.final_deceleration, self.final_shape)
 
     def too_long_with(self, length: int) -> bool:
-        """Return whether a further segment exceeds the maximum length of all segments."""
+        """Return whether another segment would make the total length of all segments exceed its maximum."""
         return sum(steps for steps, *_ in self.segments) + length > PARAMETER_MAX
 
     def newest_segment_fits(self, start_sps: int) -> bool:
-        """Return whether the newest segment contains its ramp; the last also has the final ramp (A-58)."""
+        """Return whether the newest segment fits its ramp; the last must also fit the final ramp (A-58)."""
         if len(self.segments) == self.announced:
             try:
                 check_blend(start_sps, self.segments, self.final_deceleration, self.final_shape)

@@ -49,16 +49,16 @@ _BITS: Mapping[str, int] = {
     **{str(bit.name): bit.value for bit in CommandMsw},
     **{str(bit.name): bit.value << 16 for bit in CommandLsw},
 }
-"""The command bits of both words by name."""
+"""The command bits of both words, by name."""
 
 HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
 
 class CommandLayer(Host):
-    """Rules, modes and memory of a 3601 over any axis.
+    """Rules, modes and memory of a 3601, which work over any axis.
 
     Args:
-        firmware: the module's revision, which determines its functions.
+        firmware: the module's firmware revision, which determines its functions.
         events: list to which rules that fire and moves that end are appended.
     """
 
@@ -138,7 +138,7 @@ class CommandLayer(Host):
             self.operation.on_end(now_ns)
 
     def leave_run_mode(self, now_ns: int) -> None:
-        """Leave run mode: a motion stops, and the position becomes invalid [chapter 5 note 9]."""
+        """Leave run mode, which stops a motion and invalidates the position [chapter 5 note 9]."""
         self.state.running = False
         if self.cuttable:
             if self.options.invalid_after_program_mode:
@@ -150,11 +150,11 @@ class CommandLayer(Host):
             self.operation.on_release(now_ns)
 
     def enter_run_mode(self) -> None:
-        """Return to run mode; a bit that is still set makes no edge (reading A-78)."""
+        """Return to run mode; a bit that is still set does not cause an edge (reading A-78)."""
         self.state.running = True
 
     def overlook(self, words: tuple[int, ...]) -> None:
-        """Store words without obeying them, so that their bits make no edge later."""
+        """Store words without obeying them, so that their bits do not cause an edge later."""
         self.state.command = CommandWords(words)
 
     # -- output words -------------------------------------------------------------------------
@@ -204,14 +204,14 @@ class CommandLayer(Host):
     def _stops(self, command: CommandWords, risen_bits: int) -> bool:
         """Return whether the command holds or stops a motion, whatever the LSW contains (reading A-30).
 
-        In follower mode Hold and Immediate Stop have no effect [chapter 6, Command Error 34].
+        In follower mode, Hold and Immediate Stop have no effect [chapter 6, Command Error 34].
         """
         stop_bits = risen_bits & HOLD_OR_STOP
         is_stoppable = self.busy and not isinstance(self.operation, EncoderFollower)
         return bool(stop_bits) and command.msw == stop_bits and is_stoppable
 
     def _command(self, now_ns: int, command: CommandWords, risen_bits: int) -> None:
-        """Refuse or carry out the command of the bit that rose [chapter 4, general notes 1 to 3]."""
+        """Refuse or carry out the command whose bit has risen [chapter 4, general notes 1 to 3]."""
         if self.state.locked:
             if command.msw == RESET and command.lsw == 0:
                 self._forfeit()
@@ -262,7 +262,7 @@ class CommandLayer(Host):
     def fire_all(self, now_ns: int, faults: Iterable[BrokenRule]) -> None:
         """Set the bits of all rules that a command breaks (reading A-110).
 
-        A rule that adds no bit is not reported.
+        A rule that does not add a bit is not reported.
         """
         shown_bits = 0
         for fault in faults:
@@ -278,7 +278,7 @@ class CommandLayer(Host):
             self._forfeit()
 
     def _forfeit(self) -> None:
-        """End a resumable hold: Resume must be the first command after it [chapter 4; reading A-83]."""
+        """End a resumable hold; Resume must be the first command after a hold [chapter 4; reading A-83]."""
         self.state.held = None
         if self.operation is not None:
             self.operation.on_forfeit()
@@ -292,7 +292,7 @@ class CommandLayer(Host):
 
     @override
     def accept(self, operation: Operation) -> None:
-        """Make an operation the running one, and clear the bits that a new move clears."""
+        """Start an operation, and clear the bits that a new move clears."""
         if self.operation is not None:  # a one-shot with its bit still set
             self.operation.on_end(operation.started_ns)
         self.state.latches.clear(CLEARED_BY_A_MOVE)
@@ -308,7 +308,7 @@ class CommandLayer(Host):
 
     @override
     def finish(self, now_ns: int, completion: int, outcome: str) -> None:
-        """End the running operation, set a completion bit, or 0, and report the move."""
+        """End the running operation, set its completion bit (0 for none), and report the move."""
         operation = self.operation
         assert operation is not None
         self.operation = None
@@ -333,7 +333,7 @@ class CommandLayer(Host):
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
-        """End homing at end limits, without STOPPED [chapter 6, Stopped 4]."""
+        """End homing at end limits without setting STOPPED [chapter 6, Stopped 4]."""
         self.axis.cut(now_ns)
         self.fire(now_ns, rule_id)
         self._finish_at_rest(now_ns, 0, "found no home")

@@ -1,4 +1,4 @@
-"""An output image in command mode, decoded: words, bits and parameters."""
+"""An output image in command mode, decoded into words, bits and parameters."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class CommandWords:
         return self.words[4], self.words[5]
 
     def profile(self, start_sps: int) -> Profile:
-        """Return the move profile of words that have passed the range checks."""
+        """Return the move profile from words that have passed the range checks."""
         speed = self.parameters.speed
         assert speed is not None
         return Profile(

@@ -1,7 +1,7 @@
 """The actions of command word MSW, one function each [chapter 4; chapter 5, Command Word MSW].
 
-The command layer calls a handler when its bit alone has risen and the module is not locked. The handler fires
-every broken rule, or carries out the command.
+The command layer calls a handler when its bit alone has risen and the module is not locked. The handler
+either fires every broken rule or carries out the command.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def absolute(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def relative(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move by the target's number of steps; with the encoder bit, by encoder counts."""
+    """Move by the number of steps in the target words; with the encoder bit, by that number of counts."""
     if refused(host, now_ns, command):
         return
     distance = command.parameters.target
@@ -54,7 +54,7 @@ def relative(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def resume(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Continue the held move with the speed and rates of the words."""
+    """Continue the held move with the speed and rates in the words."""
     held_move = host.state.held
     if not refused(host, now_ns, command) and held_move is not None:
         _start_profile_move(host, now_ns, command, held_move.name, held_move.target)
@@ -69,7 +69,7 @@ def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: st
 
 
 def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: int, counts: int) -> None:
-    """Start a move to a target of the encoder, over a signed number of counts."""
+    """Start a move to an encoder target, over a signed number of counts."""
     if host.unable(now_ns, Feature.ENCODER_MOVE, command):
         return
     direction = 1 if counts >= 0 else -1
@@ -79,7 +79,7 @@ def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: 
 
 
 def manual(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move while the bit is set; with a target, end this number of steps after the registration input."""
+    """Move while the bit is set; with a target, end that number of steps after the registration input."""
     direction = 1 if command.msw & MANUAL_BIT[1] else -1
     move: ManualMove | OneShot
     if refused(host, now_ns, command):
@@ -173,7 +173,8 @@ def reserved(host: Host, now_ns: int, command: CommandWords) -> None:
 def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
     """Store the minimum registration distance when LSW bit 10 rises; refuse it together with a command.
 
-    A refusal also locks the module for the command. Several command bits have precedence (reading A-93).
+    A refusal also locks the module, which then refuses the other command too. Several command bits have
+    precedence (reading A-93).
     """
     has_risen = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
     if not has_risen or not host.firmware.registration or host.state.locked:

@@ -38,7 +38,7 @@ def _release_axis(host: Host, now_ns: int, previous: CommandWords) -> bool:
 
 
 def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Accept or reject the words; the module does so after every change (reading A-08)."""
+    """Accept or reject the words, as the module does after every change (reading A-08)."""
     state = host.state
     broken_rules = check(command.words, host.firmware, host.profile.limits)
     faults = host.noticed(command, [BrokenRule(rule, alone=True) for rule in broken_rules])
@@ -69,7 +69,7 @@ def _within_capabilities(host: Host, now_ns: int, command: CommandWords) -> Conf
 
 
 def leave(host: Host, now_ns: int) -> None:
-    """Return to command mode: the position is zero and invalid [chapter 4; readings A-07, A-102]."""
+    """Return to command mode with the position at zero and invalid [chapter 4; readings A-07, A-102]."""
     cleared_bits = MODE_CONFIG
     if host.options.clear_status_after_config:
         cleared_bits = WORD_0 | host.profile.further_errors

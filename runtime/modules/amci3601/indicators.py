@@ -32,7 +32,7 @@ class Light(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Indicators:
-    """The lights at an instant."""
+    """The lights of a module at one instant."""
 
     module: Light  # Module, green
     axis_ok: Light
@@ -46,7 +46,7 @@ def indicators(status: int, *, moving: bool, linked: bool = True) -> Indicators:
     <Light.BLINKING: 'blinking'>
 
     Args:
-        status: latched bits of input word 0; further errors from bit 16.
+        status: latched bits of input word 0, and errors of word 1 from bit 16.
         moving: a motion or the follower mode is running, or the bit of a one-shot is still set.
     """
     has_error = status & BLINKING_ERRORS or status >> 16

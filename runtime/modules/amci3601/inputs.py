@@ -1,4 +1,4 @@
-"""Discrete inputs, sampled at every tick; some inputs stop any operation [chapter 6]."""
+"""Discrete inputs, which are sampled at every tick; some of them stop any operation [chapter 6]."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class InputWatch:
         return 0 if configuration is None else configuration.active_inputs(levels)
 
     def _capture(self) -> None:
-        """Store the encoder value, or without an encoder the position [chapter 3, MSW bit 0]."""
+        """Store the encoder count, or the position if there is no encoder [chapter 3, MSW bit 0]."""
         axis, configuration = self.host.axis, self.state.configuration
         has_encoder = configuration is not None and configuration.quadrature_encoder
         self.state.captured = axis.encoder if has_encoder else axis.position
@@ -77,7 +77,7 @@ class InputWatch:
             self.host.cut(now_ns)
 
     def _leaves_home(self) -> bool:
-        """Return whether the only active limit is the home switch, and the axis moves away from it."""
+        """Return whether the only active limit is the home switch and the axis is moving away from it."""
         axis, state = self.host.axis, self.state
         return (
             axis.capabilities.home_is_ccw_limit

@@ -1,7 +1,7 @@
 """The latched status bits of word 0, and the rules that set them.
 
 A real module shows only the bits. The simulated module also stores the rule that set each error bit, so that
-a user can find the manual's sentence.
+a user can find the sentence in the manual.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Latches:
         self._events = events
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> int:
-        """Set the bits of a rule and of the rules with the same cause, and report them; return the bits.
+        """Set and report the bits of a rule and of the rules with the same cause; return the bits.
 
         `note` reports a rule without bits; `show` sets bits without a rule.
 
@@ -88,7 +88,7 @@ class Latches:
         return fault.all_bits(self.profile)
 
     def note(self, now_ns: int, rule_id: str) -> None:
-        """Report a rule without setting its bits, which an option has switched off."""
+        """Report a rule whose bits an option has switched off, without setting them."""
         self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:

@@ -1,13 +1,13 @@
-"""The simulated 3601 in its slot: time, the 250 µs scan, and the input image.
+"""The simulated 3601 in its slot, with its time, its 250 µs scan and its input image.
 
-The module's firmware reads its words and inputs every 250 µs. The model skips ticks without a change, and
-processes two kinds of instants:
+The module's firmware reads its words and inputs every 250 µs. The model skips ticks at which nothing has
+changed. It processes two kinds of instants:
 
 * ticks: multiples of the module's scan at which output words or inputs have changed;
 * exact instants: the end of a motion, of a ramp, and of a scan with encoder counts that the operation uses.
 
-Between these instants only the position changes, by a formula. The images therefore do not depend on
-the number of calls of `update`, and a call for 10 ms is as fast as a call for 0.25 ms.
+Between these instants, only the position changes, and a formula computes it. The images therefore do not
+depend on the number of calls of `update`, and a call for 10 ms is as fast as a call for 0.25 ms.
 
     outputs in force  |<---- A ---->|<-------- B -------->|
     update() at       0             t1                    t2
@@ -48,11 +48,11 @@ class Amci3601(SteppedModule):
 
     Attributes:
         trouble: the present fault, or None; see `inject`.
-        linked: whether the PLC reaches the module; after a fatal error it does, with MODULE_OK clear. This is
-            a plain field, since logic reads it in every scan.
+        linked: whether the PLC can reach the module. After a fatal error it still can, with MODULE_OK clear.
+            This is a plain field, since logic reads it in every scan.
         indicators: the lights of the front panel.
-        events: in order of time; the caller empties it.
-        before_change: called before any access to the module or its machine except `update`.
+        events: events in order of time; the caller empties the list.
+        before_change: function called before any access to the module or its machine other than `update`.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
@@ -112,7 +112,7 @@ class Amci3601(SteppedModule):
     # -- the contract -------------------------------------------------------------------------
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        """Advance to `now_ns` with `outputs` in force since the last call, and return the input image."""
         if now_ns >= self._due_ns or outputs.raw.tobytes() != self._acted_on:
             self._work(now_ns, outputs)
         elif self._counting:
@@ -123,14 +123,14 @@ class Amci3601(SteppedModule):
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode, from the last `update` on."""
+        """Set whether the PLC is in run mode, effective from the last `update`."""
         if running != self._plc_running:
             self.before_change()
             self._plc_running = running
             self.look_again()
 
     def power_cycle(self) -> None:
-        """Cycle the power; shaft and clock continue."""
+        """Cycle the power; the shaft and the clock keep their state."""
         self.before_change()
         self._end_step_output()
         self.trouble, self.linked = None, True
@@ -139,13 +139,13 @@ class Amci3601(SteppedModule):
     def take_state(
         self, now_ns: int, outputs: Image, shown: Sequence[int], configuration: Configuration | None
     ) -> None:
-        """Adopt at `now_ns` the state of an input image at rest in command mode.
+        """Adopt at `now_ns` the state that an input image shows at rest in command mode.
 
         All other state is as after power-up, without a stored blend profile. The minimum registration
         distance is 1 step with `MIN_REG_NONZERO`, otherwise 0.
 
         Args:
-            outputs: the words in force; their bits make no edge.
+            outputs: the words in force; their bits do not cause an edge.
             shown: the input words, unsigned.
         """
         self.before_change()
@@ -263,13 +263,13 @@ class Amci3601(SteppedModule):
             self.layer.enter_run_mode()
 
     def _process_change(self, now_ns: int) -> None:
-        """End a ramp or a motion; a tick follows the end of a motion, which may allow other actions."""
+        """End a ramp, or end a motion and let a tick follow, because the end may allow other actions."""
         if self.axis.advance(now_ns):
             self.layer.settle(now_ns)
             self._tick_due_ns = self._tick_at_or_after(now_ns)
 
     def _process_counts(self, now_ns: int) -> None:
-        """Process the encoder counts of a scan that ends now; a tick follows a changed motion."""
+        """Process the encoder counts of a scan that ends now; if the motion changes, a tick follows."""
         self.axis.advance(now_ns)
         motion_before = self.axis.motion, self.axis.position
         self.layer.counted(now_ns)
@@ -292,7 +292,7 @@ class Amci3601(SteppedModule):
         return NEVER if due_ns == NEVER else max(self._tick_at_or_after(due_ns), tick_ns + self._tick_ns)
 
     def _foresee(self) -> None:
-        """Compute the instant until which only the position can change."""
+        """Compute the next instant at which anything other than the position can change."""
         due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
         self._due_ns = due_ns if self.trouble is None else 0
         is_live = not self.layer.state.in_configuration_mode
@@ -334,7 +334,7 @@ class Amci3601(SteppedModule):
         self._reported_steps = -1
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
-        """Report the step count of the present segment; nothing else can have changed."""
+        """Update the step count in the input image; nothing else can have changed."""
         steps = segment.steps_at(now_ns)
         if steps != self._reported_steps:
             self._reported_steps = steps
@@ -343,7 +343,7 @@ class Amci3601(SteppedModule):
             words[2], words[3] = split_reported(motion.origin + motion.direction * steps)
 
     def _report_counts(self, now_ns: int) -> None:
-        """Report position and encoder count; nothing else can have changed."""
+        """Update the position and encoder count in the input image; nothing else can have changed."""
         self.axis.advance(now_ns)
         words = self._image.words
         words[2], words[3] = split_reported(self.axis.position)

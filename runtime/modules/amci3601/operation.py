@@ -1,8 +1,8 @@
-"""The base of all operations, with the reactions of a motion to each event; and the host of the operations.
+"""The base class of operations, with a motion's reaction to each event, and the operations' host.
 
 An operation is one motion from its acceptance to its end. Each kind has its own file
-with the same few methods; together they are the manual's tables of the effects of Hold,
-external input and end limits on each move.
+with the same few methods; together they implement the manual's tables of how Hold, the external input and end
+limits affect each move.
 
 Operations use only the `Host` below and the state; the command layer is the host and uses
 operations.
@@ -74,22 +74,22 @@ class Host(Protocol):
         """Set the bits of all rules that a command breaks (reading A-110)."""
 
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        """Return the faults that the module notices, and faults of the profile's further rules."""
+        """Return the faults that the module notices, and the faults from the profile's additional rules."""
 
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
-        """Report a refusal of the axis."""
+        """Report a refusal by the axis."""
 
     def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
         """Refuse a function that the axis lacks, after the manual's rules; return whether it was refused."""
 
     def accept(self, operation: Operation) -> None:
-        """Make an operation the running one."""
+        """Start an operation, which becomes the running one."""
 
     def complete(self, now_ns: int) -> None:
         """End the running operation with MOVE_COMPLETE, unless an error prevents it (reading A-27)."""
 
     def finish(self, now_ns: int, completion: int, outcome: str) -> None:
-        """End the running operation, and set a completion bit, or 0."""
+        """End the running operation, and set its completion bit (0 for none)."""
 
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
         """End a motion without a ramp; set STOPPED when the axis is known to be at rest."""
@@ -102,7 +102,7 @@ class Host(Protocol):
 
 
 class Operation:
-    """One motion, from acceptance to end."""
+    """One motion, from its acceptance to its end."""
 
     name: ClassVar[str] = ""  # name in events
     limits: ClassVar[Limits] = Limits.EITHER  # the end limits that cut it
@@ -121,7 +121,7 @@ class Operation:
 
     @property
     def busy(self) -> bool:
-        """Whether it prevents a new move [chapter 6, Command Error 3]."""
+        """Whether the operation prevents a new move [chapter 6, Command Error 3]."""
         return True
 
     @property
@@ -134,7 +134,7 @@ class Operation:
         self.host.fire(now_ns, "CMD-07")
 
     def on_forfeit(self) -> None:
-        """React to a command or an error that ends a hold: Resume can no longer continue the move."""
+        """React to a command or an error after which Resume can no longer continue the held move."""
 
     def on_many_bits(self, now_ns: int) -> None:
         """React to more than one command bit; a running move continues (reading A-33)."""
@@ -152,17 +152,17 @@ class Operation:
         """Process the encoder counts of a scan at its end, with the words of the scan."""
 
     def on_release(self, now_ns: int) -> None:
-        """React to a request for configuration mode: all command bits count as 0 (reading A-10)."""
+        """React to a request for configuration mode, where all command bits count as 0 (reading A-10)."""
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return the instant at which the operation needs a tick without an event, or None."""
+        """Return the instant at which the operation needs a tick even without an event, or None."""
         return None
 
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return the instant from which the end of every scan needs `on_counts`, or None.
+        """Return the instant from which `on_counts` is required at the end of every scan, or None.
 
         Args:
-            turns_ns: the instant from which the encoder turns without the motor, or None.
+            turns_ns: the instant at which the encoder begins to turn without the motor, or None.
         """
         return None
 

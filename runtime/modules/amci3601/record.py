@@ -31,8 +31,8 @@ def make(
 
     Args:
         seed: seed of the machine's random numbers.
-        options: options of the model by name.
-        wiring: "diagnostic" for step outputs wired to the encoder inputs.
+        options: options of the model, by name.
+        wiring: "diagnostic" if the step outputs are wired to the encoder inputs.
         form: form of its images, None for a 3601's.
 
     Raises:
@@ -47,7 +47,7 @@ def make(
 
 
 def check_controller(firmware: str, controller: str) -> None:
-    """Refuse a firmware that does not work with a controller, with a ValueError.
+    """Raise a ValueError if a firmware does not work with a controller.
 
     With a MicroLogix 1500, a 3601 needs firmware 2.2 [chapter 1, MicroLogix 1500 Configuration].
     """
@@ -67,8 +67,8 @@ def stepper(profile: Profile, form: ImageForm | None = None) -> ModuleRecord:
     """Return the record of a module of the 3601's family; its name is its message name in lower case.
 
     Args:
-        form: form of its images, None for a 3601's. Another form is shown with the names of its words and
-            bits, since the axis blocks and the code for numbers expect a 3601's words.
+        form: form of its images, None for a 3601's. Images of another form are shown with the names of their
+            words and bits, because the axis blocks and the number code expect a 3601's words.
     """
     words = profile if form is None else form.words(profile)
     return ModuleRecord(

@@ -1,8 +1,9 @@
-"""Refusals of commands: for each command, the rules that it can break.
+"""Refusals of commands, with the rules that each command can break.
 
-Every broken rule sets its bits [chapter 6, the lists of Status & Error Bit Functions; reading A-110]. A row
-has the rule of the manual and a predicate that is true when the rule is broken. The order affects the event
-log only: busy axis, parameter ranges, rules of the command, inputs that block motion [readings A-16, A-17].
+Every broken rule sets its bits [chapter 6, the lists of Status & Error Bit Functions; reading A-110]. Each
+row has a rule of the manual and a predicate that is true when the rule is broken. The order (busy axis,
+parameter ranges, rules of the command, inputs that block motion) affects only the event log [readings A-16,
+A-17].
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class RefusalRule(NamedTuple):
 
     @property
     def fault(self) -> BrokenRule:
-        """The fault of a broken rule."""
+        """The rule as a `BrokenRule`."""
         return BrokenRule(self.rule, self.alone)
 
 
@@ -98,7 +99,7 @@ def any_limit_active(host: Host, command: CommandWords) -> bool:
 
 
 def heads_cw(host: Host, command: CommandWords) -> bool:
-    """Whether an absolute, relative or resumed move goes CW."""
+    """Whether an absolute, relative or resumed move runs CW."""
     target = command.parameters.target or 0
     if command.msw & CommandMsw.ABSOLUTE_MOVE.value:
         return target > host.axis.position
@@ -113,19 +114,19 @@ def same_limit_active(host: Host, command: CommandWords) -> bool:
 
 
 def not_held(host: Host, command: CommandWords) -> bool:
-    """Whether no held move exists for Resume."""
+    """Whether there is no held move for Resume."""
     return host.state.held is None
 
 
 def target_given_to_old_firmware(host: Host, command: CommandWords) -> bool:
-    """Whether a manual move has target data on a firmware without registration."""
+    """Whether a manual move has target data although the firmware does not support registration."""
     return not host.firmware.registration and command.target_words != (0, 0)
 
 
 def manual_parameters_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether speed or target of a manual move is invalid, or the rates that it uses are out of range.
+    """Whether the speed or target of a manual move is invalid, or the rates that it uses are out of range.
 
-    Speed 0 is a one-shot. Up to the starting speed the rates are not used (readings A-44, A-81).
+    Speed 0 is a one-shot. Up to the starting speed, the rates are not used (readings A-44, A-81).
     """
     speed = command.parameters.speed
     if speed is None or target_illegal(host, command):
@@ -161,7 +162,7 @@ def target_not_zero(host: Host, command: CommandWords) -> bool:
 
 
 def target_negative(host: Host, command: CommandWords) -> bool:
-    """Whether the target is negative; words of opposite signs are no target."""
+    """Whether the target is negative; words of opposite signs are not a target."""
     target = command.parameters.target
     return target is not None and target < 0
 
@@ -224,7 +225,7 @@ def several_commands(host: Host, command: CommandWords) -> bool:
 
 
 def other_than_manual(host: Host, command: CommandWords) -> bool:
-    """Whether a command bit other than the two manual moves is set."""
+    """Whether a command bit other than those of the two manual moves is set."""
     return bool(command.msw & OTHER_THAN_MANUAL)
 
 
@@ -239,7 +240,7 @@ def speed_words_given(host: Host, command: CommandWords) -> bool:
 
 
 def follower_rates_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a rate of the follower is out of range; 0 is unlimited."""
+    """Whether a rate of the follower is out of range; 0 means unlimited."""
     return not all(rate == 0 or host.profile.limits.takes_rate(rate) for rate in command.words[6:8])
 
 
@@ -361,7 +362,7 @@ _OF_BIT: dict[int, Refusals] = {
     CommandMsw.RUN_BLEND_CW.value: RUN_BLEND,
     CommandMsw.RUN_BLEND_CCW.value: RUN_BLEND,
 }
-"""The rules of commands that always have the same ones; Hold and Immediate Stop have none."""
+"""The rules of commands whose rules never vary; Hold and Immediate Stop have none."""
 
 
 def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
@@ -403,5 +404,5 @@ def refusals_of(host: Host, command: CommandWords) -> Refusals:
 
 
 def registers(host: Host, command: CommandWords) -> bool:
-    """Return whether a manual move is a registration move: with a target, on a firmware that supports it."""
+    """Return whether a manual move is a registration move: with a target, and supported by the firmware."""
     return host.firmware.registration and target_not_zero(host, command)

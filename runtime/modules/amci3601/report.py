@@ -1,4 +1,4 @@
-"""Writes the input image from the state of the command layer [chapter 3, Input Data; chapter 6]."""
+"""The input image, written from the state of the command layer [chapter 3, Input Data; chapter 6]."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def report(host: Host, words: memoryview[int]) -> None:
 
 
 def adopt_image(host: Host, words: Sequence[int], configuration: Configuration | None) -> None:
-    """Set a host after power-up to the state of input words in command mode; the inverse of `report`.
+    """Set a host after power-up to the state shown by input words in command mode; the inverse of `report`.
 
     Args:
         words: the eight input words, unsigned.

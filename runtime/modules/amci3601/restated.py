@@ -1,4 +1,4 @@
-"""A module of the family with images of another form; see `io_images.amci3601.image_form`."""
+"""A module of the family whose images have another form; see `io_images.amci3601.image_form`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Restated3601(Amci3601):
-    """A 3601 with images of another form; see `Amci3601` for the other arguments."""
+    """A 3601 whose images have another form; see `Amci3601` for the other arguments."""
 
     def __init__(self, form: ImageForm, *arguments: Any, **options: Any) -> None:
         self._form, self._word_places = form, form.places

@@ -1,4 +1,4 @@
-"""A step generator with wrong rates and speeds, by a factor."""
+"""A step generator whose rates and speeds are wrong by a factor."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _AS_PROGRAMMED = Fraction(1)
 
 @dataclass(frozen=True, slots=True)
 class AxisScales:
-    """Factors above 0 on the programmed speeds and rates of command words.
+    """Factors, above 0, that are applied to the programmed speeds and rates of command words.
 
-    Starting speed and blend profiles have no factor.
+    They do not apply to the starting speed or to blend profiles.
     """
 
     acceleration: Fraction = _AS_PROGRAMMED

@@ -1,4 +1,4 @@
-"""The memory of a 3601 from tick to tick, which commands and operations change."""
+"""The state of a 3601 that persists from tick to tick and is changed by commands and operations."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class ModuleState:
         self.held = None
 
     def begin_blend(self) -> BlendSession:
-        """Start to program a blend profile, and drop a held move (reading A-83)."""
+        """Start programming a blend profile, and drop a held move (reading A-83)."""
         self.blend = self.held = None
         self.blending = BlendSession()
         return self.blending

@@ -1,10 +1,10 @@
-"""The simulated axis: its steps are computed from formulas and move a machine.
+"""The simulated axis, whose steps are computed from formulas and move a machine.
 
 The generator has at most one motion, a piecewise polynomial of time. It never loops over steps:
 it calculates the instant of its next change, and the position at any instant.
 
-The machine has its own, true position, which is updated whenever the generator is advanced.
-Switches and encoder therefore follow the shaft and not the module's count.
+The machine has its own true position, which is updated whenever the generator is advanced.
+The switches and the encoder therefore follow the shaft, not the module's count.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class AxisConfiguration(Protocol):
 
     @property
     def encoder_counted(self) -> bool:
-        """Whether the encoder words are live."""
+        """Whether the encoder words are updated."""
 
     @property
     def diagnostic_feedback(self) -> bool:
@@ -83,7 +83,7 @@ class StepGenerator:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is in progress."""
         return self.motion is not None
 
     @property
@@ -98,7 +98,7 @@ class StepGenerator:
 
     @property
     def counting(self) -> bool:
-        """Whether the encoder words of the image are live."""
+        """Whether the encoder words of the image are updated."""
         return self._configuration is not None and self._configuration.encoder_counted
 
     @property
@@ -133,7 +133,7 @@ class StepGenerator:
         return False
 
     def _make_steps(self, motion: Motion, steps: int) -> None:
-        """Update machine and position for `steps` steps of the motion in all."""
+        """Update the machine and the position to a total of `steps` steps of the motion."""
         new_steps = steps - self._steps_made
         if new_steps:
             if self._marker_watched and not self.marker_seen:
@@ -144,7 +144,7 @@ class StepGenerator:
             self.position = motion.origin + motion.direction * steps
 
     def _look_for_markers(self, now_ns: int) -> None:
-        """Detect marker pulses from the bench; pulses of the shaft are detected as it turns."""
+        """Detect marker pulses from the bench; pulses from the shaft are detected as it turns."""
         if self._marker_watched and not self.marker_seen:
             pulse_ns = self.machine.next_marker_ns(self.now_ns)
             self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
@@ -158,7 +158,7 @@ class StepGenerator:
         self.machine.rest(now_ns)
 
     def next_change_ns(self) -> int:
-        """Return the instant of the next change of the ramp state or of the motion's end, or NEVER."""
+        """Return the instant at which the ramp state next changes or the motion ends, or NEVER."""
         return NEVER if self.segment is None else self.segment.until_ns
 
     def next_input_ns(self) -> int:
@@ -215,7 +215,7 @@ class StepGenerator:
     # -- prediction ---------------------------------------------------------------------------
 
     def counts_calm_until_ns(self) -> int:
-        """Return the instant until which the counts follow the motor one to one; 0 if they don't."""
+        """Return the instant until which the counts follow the motor one to one, or 0 if they don't."""
         if self._counts_itself:
             return NEVER
         turns_ns = self.machine.turns_ns(self.now_ns)
@@ -283,7 +283,7 @@ class StepGenerator:
         self._begin(plan_move(now_ns, self.position, distance, profile))
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
-        """Start a motion of a single step at `speed_sps`."""
+        """Start a single step at `speed_sps`."""
         self._begin(plan_single_step(now_ns, self.position, direction, speed_sps))
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
@@ -303,7 +303,7 @@ class StepGenerator:
         self.segment = motion.segment_at(motion.start_ns)
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Raise NotImplementedError: the command layer finds home with the other motions."""
+        """Raise NotImplementedError, because the command layer finds home with the other motions."""
         raise NotImplementedError
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
@@ -330,7 +330,7 @@ class StepGenerator:
             self._replace(now_ns, plan_register(self.motion, now_ns, steps, start, deceleration_spmss, shape))
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
-        """Start a blend move over all segments of a stored program."""
+        """Start a blend move through all segments of a stored program."""
         self._begin(
             plan_blend(
                 now_ns,
@@ -367,7 +367,7 @@ class StepGenerator:
         return stopped.final_steps - self._steps_made
 
     def _replace(self, now_ns: int, motion: Motion) -> None:
-        """Continue with another plan of the same motion; its step count continues."""
+        """Continue the present motion with a new plan; its step count continues."""
         self.motion = motion
         if motion.end_ns is not None and now_ns >= motion.end_ns:
             self._end(now_ns)
@@ -390,11 +390,11 @@ class StepGenerator:
         self._encoder_offset = value - self._source_counts()
 
     def reset_errors(self) -> None:
-        """Do nothing: a step generator has no errors."""
+        """Do nothing, because a step generator has no errors."""
 
 
 class SteppedModule:
-    """The machine of a module with a step generator, and its predictions, see `ForeseeingModule`."""
+    """The machine and the predictions of a module with a step generator; see `ForeseeingModule`."""
 
     axis: StepGenerator
     machine: Machine

@@ -30,8 +30,8 @@ class FaultImage(NamedTuple):
 
     Attributes:
         kept: mask of the bits of each input word that keep their value; all others are 0.
-        linked: whether the PLC reaches the module; see `Slot.fault`.
-        lights: lights of the front panel, None for the lights without a link.
+        linked: whether the PLC can reach the module; see `Slot.fault`.
+        lights: lights of the front panel; None for the lights shown without a link.
     """
 
     kept: tuple[int, ...]

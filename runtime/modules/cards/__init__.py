@@ -1,4 +1,4 @@
 """Generic cards: Rockwell's digital and analog inputs and outputs, listed in `io_images.cards`.
 
-They depend on the module contract of the loop, and on the machine of a stepper that operates a cam.
+They depend on the loop's module contract, and on the machine of any stepper that operates a cam.
 """

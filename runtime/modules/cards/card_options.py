@@ -47,12 +47,12 @@ class _Row(BaseModel):
 
 
 class InputPress(_Row):
-    """The operation of an input, or a new value of an analog input.
+    """An operation of an input, or a new value of an analog input.
 
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
         input: one of `inputs`.
-        for_ms: duration, ms; or `for_s`. Unlimited if left out.
+        for_ms: duration, ms; or `for_s`. Unlimited by default.
         value: new value of an analog input, in V or mA if the input has a range in `ranges`, otherwise the
             raw number.
     """
@@ -66,12 +66,12 @@ class InputPress(_Row):
 
     @property
     def begin_ns(self) -> int:
-        """Begin, ns since power-up."""
+        """Start time, ns since power-up."""
         return _ns(self.at_ms, self.at_s) or 0
 
     @property
     def end_ns(self) -> int | None:
-        """End, ns since power-up, or None for no end."""
+        """End time, ns since power-up, or None without an end."""
         duration_ns = _ns(self.for_ms, self.for_s)
         return None if duration_ns is None else self.begin_ns + duration_ns
 
@@ -85,21 +85,21 @@ class InputPress(_Row):
 
 
 def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
-    """Return a time in ns from ms or s; None without both."""
+    """Return a time in ns, converted from ms or s, or None if neither is given."""
     if ms is not None:
         return int(ms * 10**6)
     return None if s is None else int(s * 10**9)
 
 
 class Cam(_Row):
-    """A contact that the machine of another slot's stepper operates.
+    """A contact that is operated by the machine of a stepper in another slot.
 
     Attributes:
         input: one of `inputs`.
         slot: slot of the stepper.
-        first: lowest position of the shaft that operates the input, steps; unlimited if left out.
-        last: highest position that operates the input, steps; unlimited if left out.
-        switch: instead of positions, a switch of the stepper's machine, such as "home".
+        first: lowest position of the shaft that operates the input, steps; unlimited by default.
+        last: highest position that operates the input, steps; unlimited by default.
+        switch: a switch of the stepper's machine, such as "home", used instead of positions.
     """
 
     input: str
@@ -128,10 +128,10 @@ class CardOptions(Options):
         outputs: names of outputs by terminal or channel.
         timeline: operations of inputs, and new values of analog inputs.
         normally_closed: inputs with contacts that are closed at rest; an operated input is de-energized.
-        cam: inputs that the machine of another slot operates.
+        cam: inputs that are operated by the machine of another slot.
         ranges: ranges of an analog card's channels by name, such as "4..20 mA"; the card converts their
             signals and shows over-range and under-range.
-        formats: data formats of an analog card's channels with a range; "raw" if left out.
+        formats: data formats of an analog card's channels that have a range; "raw" by default.
     """
 
     owner: ClassVar[str] = "card"
@@ -164,10 +164,10 @@ class CardOptions(Options):
         return self
 
     def check(self, kind: CardKind) -> None:
-        """Refuse a wiring that does not fit a kind of card.
+        """Check that the wiring fits a kind of card.
 
         Raises:
-            ValueError: the card lacks a terminal or channel, or an analog card has a contact.
+            ValueError: a terminal or channel does not exist on the card, or an analog card has a contact.
         """
         for field, image, masks in (("inputs", "I", kind.inputs), ("outputs", "O", kind.outputs)):
             channels = [(1 << kind.channels[image]) - 1]
@@ -201,7 +201,7 @@ class CardOptions(Options):
                 raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent format")
 
     def check_value(self, name: str, value: Decimal) -> None:
-        """Refuse an invalid value of an analog input.
+        """Check a value of an analog input.
 
         Raises:
             ValueError: a signal beyond 30 V or mA; without a range, a number that is not a word.
@@ -245,14 +245,14 @@ class CardOptions(Options):
 
     @property
     def signals(self) -> dict[str, tuple[float, ...]]:
-        """Inputs of an analog card with test values: ends, middle, and beyond the ends."""
+        """Inputs of an analog card, with test values at the ends, in the middle and beyond the ends."""
         return {
             name: RANGES[self.ranges[name]].landmarks if name in self.ranges else RAW_LANDMARKS
             for name in self.inputs
         }
 
     def words(self, kind: CardKind) -> ModuleWords:
-        """Return the names of words and bits of a kind of card with this wiring."""
+        """Return the names of the words and bits of a card with this wiring."""
         words = _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
         return replace(words, card=kind.name)
 
@@ -311,7 +311,7 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
 
 
 def _check_presses(timeline: Sequence[InputPress]) -> None:
-    """Refuse overlapping presses of an input, and two values at one instant."""
+    """Check that presses of an input do not overlap, and that no input gets two values at one instant."""
     last_presses: dict[str, InputPress] = {}
     for press in sorted(timeline, key=lambda press: press.begin_ns):
         previous = last_presses.get(press.input)

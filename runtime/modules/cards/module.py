@@ -1,11 +1,11 @@
-"""A card in its slot: inputs follow their wiring at once, outputs follow the image.
+"""A card in its slot, whose inputs follow their wiring at once and whose outputs follow the image.
 
     scan n         the program reads the inputs at the scan's instant
                    the program writes the output words; lamps show them until the next write
     program mode   outputs are off
 
-A cam depends on another slot's machine at the instant of `update`. The exchange advances that slot first, so
-the order of the slots has no effect.
+A cam depends on the state of another slot's machine at the instant of `update`. The exchange advances that
+slot first, so slot order does not matter.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 WORD_MASK = (1 << WORD_BITS) - 1
 Contact = Callable[[int], bool]
-"""Returns whether a contact is operated at an instant in ns."""
+"""A function that returns whether a contact is operated at an instant in ns."""
 
 
 class Change(NamedTuple):
@@ -48,12 +48,12 @@ class GenericCard(Module):
     """A simulated card.
 
     Attributes:
-        events: in order of time; the caller empties it.
+        events: events in order of time; the caller empties the list.
         lit: mask of the digital outputs that are on.
-        before_change: called before any change from outside.
+        before_change: function called before any change from outside.
 
     Raises:
-        ValueError: the kind of card lacks a terminal of the wiring.
+        ValueError: the wiring uses a terminal that this kind of card does not have.
     """
 
     def __init__(self, options: CardOptions | None = None, kind: CardKind = DISCRETE16) -> None:
@@ -89,7 +89,7 @@ class GenericCard(Module):
         """Connect the cams to the machines of other modules.
 
         Args:
-            modules: by slot number.
+            modules: modules by slot number.
 
         Raises:
             ValueError: a slot without a simulated machine.
@@ -121,7 +121,7 @@ class GenericCard(Module):
         return min([change_ns, *(horizon() for horizon in self._horizons)])
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return no words: nothing changes before `calm_until_ns`."""
+        """Return no words, because nothing changes before `calm_until_ns`."""
         return {}
 
     @override
@@ -132,7 +132,7 @@ class GenericCard(Module):
 
     @override
     def power_cycle(self) -> None:
-        """Do nothing: contacts keep their state, and the next image is the same."""
+        """Do nothing, because contacts keep their state and the next image is the same."""
 
     def set_input(self, name: str, energized: bool) -> None:
         """Set a digital input, which keeps the level.
@@ -163,7 +163,7 @@ class GenericCard(Module):
         """Set an analog input, which keeps the value.
 
         Args:
-            value: -30 to 30 V or mA of a channel with a range; otherwise the raw number, -32,768 to 32,767.
+            value: -30 to 30 V or mA for a channel with a range; otherwise the raw number, -32,768 to 32,767.
 
         Raises:
             ValueError: an unknown input, a digital input, or an invalid value.
@@ -192,7 +192,7 @@ class GenericCard(Module):
         self._image.set_bit(bits.status_word, channel_number, over or under)
 
     def _driving(self, outputs: Image) -> tuple[int, ...]:
-        """Return the words that drive the analog outputs; 0 while the PLC does not run."""
+        """Return the words that drive the analog outputs; 0 while the PLC is not running."""
         return tuple(outputs[index] if self._plc_running else 0 for index in range(self.kind.channels_out))
 
     def _drive(self, driven: tuple[int, ...]) -> None:
@@ -264,7 +264,7 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
 
 
 def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
-    """Return a function that predicts until when a cam keeps its state, or 0 if its module can't predict."""
+    """Return a function that predicts how long a cam keeps its state; 0 if its module can't predict."""
     stepper = modules[cam.slot]
     if not isinstance(stepper, PredictableMachine):
         return lambda: 0

@@ -52,7 +52,7 @@ def make(
     """Make a card; firmware and seed have no effect.
 
     Raises:
-        ValueError: an invalid option, or a machine or wiring.
+        ValueError: an invalid option, or a machine or wiring, which cards do not have.
     """
     from .module import GenericCard
 

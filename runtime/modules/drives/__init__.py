@@ -1,4 +1,4 @@
-"""Simulated networked drives of AMCI: a module in a slot, or a unit with a server or an adapter.
+"""Simulated AMCI networked drives, used as a module in a slot or as a unit with a server or an adapter.
 
 | file | contents |
 |---|---|

@@ -1,4 +1,4 @@
-"""The environment of a drive as text, for rack files, pages, command lines and test programs.
+"""The environment of a drive, as text for rack files, pages, command lines and test programs.
 
 in1=on, in1=off          level of an input; the names of the inputs depend on the model
 in1=1000..1500           switch that is closed between these shaft positions, steps from power-up
@@ -50,11 +50,11 @@ STATES: Mapping[str, Mapping[str, Action]] = {
     "stall": {"now": DriveUnit.stall},
     "power": {"cycle": DriveUnit.power_cycle},
 }
-"""The action of a name in each of its states."""
+"""The actions of each name, by state."""
 
 
 class NumberRow(NamedTuple):
-    """A name with a number."""
+    """A name that has a number."""
 
     lowest: int
     highest: int
@@ -81,14 +81,14 @@ class DriveConditions:
     """The environment of a drive in a slot; satisfies `runtime.loop.exposed.Conditions`.
 
     Args:
-        drive: a drive with no input set so far; inputs that its machine operates can't be set.
+        drive: a drive on which no input has been set yet; inputs that its machine operates can't be set.
     """
 
     def __init__(self, drive: DriveUnit) -> None:
         self._drive, self._wired = drive, drive.machine.spec.fed_inputs
 
     def check(self, state: str) -> None:
-        """Refuse a state that the drive can't have, with a ValueError."""
+        """Raise a ValueError if the drive can't have a state."""
         action(self._drive, *_split_state(state), self._wired)
 
     def put(self, state: str) -> None:
@@ -97,7 +97,7 @@ class DriveConditions:
 
 
 def states() -> Mapping[str, Sequence[str]]:
-    """Return the names of all models with their states, or with an example of their number."""
+    """Return the names for all models, with their states or an example of their number."""
     examples = {name: (row.example,) for name, row in NUMBERS.items()}
     return {**{name: tuple(actions) for name, actions in STATES.items()}, **examples}
 
@@ -116,7 +116,8 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
         wired: mask of the inputs that only the machine may change.
 
     Raises:
-        ValueError: an unknown name or state, an input wired to the machine, or a function the model lacks.
+        ValueError: an unknown name or state, an input wired to the machine, or a function that the model
+            lacks.
     """
     model = drive.model
     if name in model.input_names:

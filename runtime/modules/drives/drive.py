@@ -1,9 +1,9 @@
-"""A simulated networked drive: its time, its inputs, and its images of ten words in each direction.
+"""A simulated networked drive, with its time, its inputs and its images of ten words in each direction.
 
-It has no clock and no port. In a slot the scan loop calls `update`; a server or an adapter calls `advance`
+It has no clock and no port. In a slot, the scan loop calls `update`; a server or an adapter calls `advance`
 and `obey`. New words act when they arrive. The drive samples its inputs every 250 us (interpretation R-41),
-and the end of a motion is exact. Between these instants only the position changes, by a formula, so the
-image does not depend on the number of calls.
+and the end of a motion is exact. Between these instants, only the position changes, and a formula computes
+it, so the image does not depend on the number of calls.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class DriveUnit(SteppedModule):
     """A simulated unit of the family with its machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        events: in order of time; the caller empties it.
-        before_change: called before any access to the unit or its machine except `update`.
+        events: events in order of time; the caller empties the list.
+        before_change: function called before any access to the unit or its machine other than `update`.
         words: the ten output words in force, unsigned.
         terminals: the machine's inputs that are wired to the drive's inputs, in order.
 
@@ -111,7 +111,7 @@ class DriveUnit(SteppedModule):
     # -- the contract of a slot -----------------------------------------------------------------
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        """Advance to `now_ns` with `outputs` in force since the last call, and return the input image."""
         raw = outputs.raw.tobytes()
         if now_ns >= self._due_ns or raw != self._acted_on:
             self.obey(outputs)
@@ -129,7 +129,7 @@ class DriveUnit(SteppedModule):
         return self._image
 
     def _foresee(self, now_ns: int) -> None:
-        """Compute the instant until which only the position and the encoder can change."""
+        """Compute the next instant at which anything other than the position and the encoder can change."""
         beat_ns = NS_PER_MS * self.options.beat_ms
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
@@ -138,14 +138,14 @@ class DriveUnit(SteppedModule):
         self._segment = self.axis.segment if is_shown else None
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
-        """Report the position in the present segment; nothing else can have changed."""
+        """Update the position in the input image; nothing else can have changed."""
         words, motion = self._image.words, self.axis.motion
         assert motion is not None
         position = motion.origin + motion.direction * segment.steps_at(now_ns)
         words[2], words[3] = self.layer.input_format.split(position)
 
     def _report_counts(self, now_ns: int) -> None:
-        """Report position and encoder; nothing else can have changed."""
+        """Update the position and the encoder in the input image; nothing else can have changed."""
         self.axis.advance(now_ns)
         words, split_number = self._image.words, self.layer.input_format.split
         words[2], words[3] = split_number(self.axis.position)
@@ -156,7 +156,7 @@ class DriveUnit(SteppedModule):
         return self.layer.input_format.split_all(values)
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode; program mode loses the connection [interpretation R-22]."""
+        """Set whether the PLC is in run mode; program mode drops the connection [interpretation R-22]."""
         if running != self._running:
             self._touch()
             self._running = running
@@ -242,7 +242,7 @@ class DriveUnit(SteppedModule):
         self._plan(self._now_ns)
 
     def stall(self) -> None:
-        """Stall the motor: a motion with stall detection stops."""
+        """Stall the motor, which stops a motion with stall detection."""
         configuration = self.layer.state.configuration
         if configuration is not None and configuration.stall_detection:
             self._touch()
@@ -302,7 +302,7 @@ class DriveUnit(SteppedModule):
         return max(1, configuration.steps_per_turn * self.options.stall_angle // 360)
 
     def _lag_steps(self) -> int:
-        """Return the steps that the shaft has lost in this motion."""
+        """Return the number of steps that the shaft has lost during this motion."""
         return abs(self.axis.position - self.machine.shaft - self._lead_at_start)
 
     def _next_stall(self, at_ns: int) -> int:

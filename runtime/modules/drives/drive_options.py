@@ -30,7 +30,7 @@ class DriveOptions(Options):
 
     owner: ClassVar[str] = "simulated drive"
     home_reversal_dwell_ms: ClassVar[int] = 0
-    """A home search reverses without a pause, as on a 3601 (R-19)."""
+    """Pause at each reversal of a home search; a drive has none, like a 3601 (R-19)."""
 
     encoder_fitted: bool = True
     hold_at_rest_refused: bool = True
@@ -71,12 +71,12 @@ class SmdOptions(DriveOptions):
     """Options of the SMD family.
 
     Attributes:
-        in1: input of the machine that is wired to input 1; the drive's configuration selects its function.
-        in2: input of the machine that is wired to input 2.
+        in1: the machine's input that is wired to input 1; the drive's configuration selects its function.
+        in2: the machine's input that is wired to input 2.
         stored: ten configuration words in the flash at power-up; empty for an empty flash.
         input_codes: codes 0 to 7 of the input functions general purpose, CW limit, CCW limit, start indexed
             move, stop jog, capture encoder, emergency stop, home (R-01).
-        low_word_first: with Binary_Endian = 0 the low word comes first (R-02).
+        low_word_first: with Binary_Endian = 0, the low word comes first (R-02).
         save_bit: bit of configuration word 1 that saves to flash (R-06).
         read_back_bit: bit of configuration word 1 that requests read-back (R-06).
         heartbeat_ms: time between changes of the heartbeat, 1 or more (R-11).
@@ -140,5 +140,5 @@ class SmdOptions(DriveOptions):
 
 
 def options_of(model: Model) -> type[DriveOptions]:
-    """Return the class of a model's options."""
+    """Return the option class of a model."""
     return DriveOptions if model.layout is Layout.ANF2 else SmdOptions

@@ -1,12 +1,11 @@
-"""The command layer of a drive: modes, rising bits, refusals, latched status.
+"""The command layer of a drive, with its modes, rising bits, refusals and latched status.
 
 The unit calls it when its words change, when an input may have changed, and at the exact end of a motion.
 A tick does the following, in this order:
 
-1. sample the inputs;
-2. obey the words: configuration mode, the enable bit, bits that fell, and the one command bit that rose;
-3. obey the inputs that stop a motion, and the input that starts an armed move;
-4. pass the tick to the running motion, which checks its inputs.
+1. sample the inputs; 2. obey the words: configuration mode, the enable bit, bits that fell, and the one
+command bit that rose; 3. obey the inputs that stop a motion, and the input that starts an armed move; 4. pass
+the tick to the running motion, which checks its inputs.
 """
 
 from __future__ import annotations
@@ -70,7 +69,7 @@ DRIVE_ENABLED, INPUT_1, INPUT_2 = (
 )
 
 SEGMENTS_MAX = 16
-"""Segments of an assembled move [17 p. 80]."""
+"""Maximum number of segments of an assembled move [17 p. 80]."""
 
 MOVES = (
     CommandBit.ABSOLUTE_MOVE
@@ -83,7 +82,7 @@ MOVES = (
     | CommandBit.RUN_ASSEMBLED_MOVE
 )
 SYNCHROSTEP = 1 << 12 | 1 << 14
-"""Modifiers of SynchroStep, reserved on a model without it."""
+"""Modifier bits of SynchroStep, which are reserved on a model without it."""
 RESULTS = StatusBit.HOLD_STATE | StatusBit.AT_HOME | StatusBit.MOVE_COMPLETE
 """Status bits that show the end of a motion."""
 RESETTABLE = (
@@ -114,7 +113,7 @@ class DriveLayer:
         status: the latched status bits.
         operation: the running motion.
         held: the held move, which Resume continues.
-        armed: starts the move that waits for its input; called with the instant.
+        armed: function that starts the move waiting for its input; called with the instant.
         session: the programming of an assembled move.
         in_configuration: whether the unit is in configuration mode.
         enabled: whether the driver is enabled.
@@ -190,7 +189,7 @@ class DriveLayer:
         return NumberFormat.THOUSANDS if configuration is None else configuration.input_format
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next tick without a change of words or inputs, or None."""
+        """Return the instant of the next tick if no words or inputs change, or None."""
         return None if self.operation is None else self.operation.next_wake_ns(now_ns)
 
     def report(self, unit_bits: int) -> tuple[int, ...]:
@@ -236,7 +235,7 @@ class DriveLayer:
     # -- events -------------------------------------------------------------------------------
 
     def fire(self, now_ns: int, rule_id: str) -> None:
-        """Set the bits of a rule, and record it."""
+        """Set the bits of a rule, and record the rule."""
         rule = RULES[rule_id]
         self.status.bits |= rule.sets
         fields: dict[str, JsonValue] = {
@@ -318,7 +317,7 @@ class DriveLayer:
             self._command(now_ns, command, risen_bits)
 
     def _enable(self, now_ns: int) -> None:
-        """Obey the enable bit; without it the current is off and a motion is cut [interpretation R-33]."""
+        """Obey the enable bit; without it, the current is off and a motion is cut [interpretation R-33]."""
         command = self.command
         self.enabled = self.state.configuration is not None and command.enables and not self.in_configuration
         if self.busy and not self.enabled:
@@ -337,7 +336,7 @@ class DriveLayer:
                 self._end_session(now_ns)
 
     def _command(self, now_ns: int, command: DriveCommand, risen: CommandBit) -> None:
-        """Refuse or carry out the command whose bit rose."""
+        """Refuse or carry out the command whose bit has risen."""
         error = bool(self.status.bits & StatusBit.COMMAND_ERROR)
         if risen.bit_count() > 1:
             self.fire(now_ns, "CMD-01")
@@ -389,7 +388,7 @@ class DriveLayer:
             self.in_configuration = self.state.configuration is None
 
     def _leave_configuration(self, now_ns: int) -> None:
-        """Adopt or refuse the words last written; without written words nothing changes."""
+        """Adopt or refuse the words last written; if none were written, nothing changes."""
         self.in_configuration = False
         words, self._written = self._written, None
         if words is None:
@@ -428,7 +427,7 @@ class DriveLayer:
     # -- commands -----------------------------------------------------------------------------
 
     def _stop(self, now_ns: int) -> None:
-        """Cut the motion and end a hold; otherwise the status stays, as on a 3601."""
+        """Cut the motion and end a hold; the rest of the status does not change, as on a 3601."""
         self.held = self.armed = None
         self.status.clear(StatusBit.HOLD_STATE)
         if self.busy:
@@ -436,7 +435,7 @@ class DriveLayer:
             self.cut(now_ns, "POS-02")
 
     def _may_move(self, now_ns: int, *further_rules: tuple[str, bool]) -> bool:
-        """Return whether a move may begin; report the first broken rule, see `_refused`."""
+        """Return whether a move may begin; report the first broken rule (see `_refused`)."""
         return not self._refused(
             now_ns,
             ("CMD-04", self.busy),
@@ -479,7 +478,7 @@ class DriveLayer:
         target: Callable[[], int | None],
         *further_rules: tuple[str, bool],
     ) -> None:
-        """Start or arm a move; a call of `target` at the start returns its target."""
+        """Start or arm a move; `target` is called at the start and returns the target."""
         by_encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
         if not self._may_move(
             now_ns,
@@ -518,7 +517,7 @@ class DriveLayer:
         return command.is_in_range(self.start_sps) and command.current_is_legal
 
     def _begin(self, command: DriveCommand, motion: DriveMotion) -> None:
-        """Make a motion the running motion, and adopt current and jerk of its command."""
+        """Start a motion, and adopt the current and jerk of its command."""
         self.held = None
         self.status.clear(RESULTS)
         self.operation = motion
@@ -557,7 +556,7 @@ class DriveLayer:
             motion.start(now_ns)
 
     def _jog(self, now_ns: int, command: DriveCommand, heading: int) -> None:
-        """Start a jog or a registration move, or restart the jog that decelerates."""
+        """Start a jog or a registration move, or restart a jog that is decelerating."""
         registers = bool(command.modifiers & Modifier.REGISTRATION_MOVE)
         stopping_jog = self._stopping_jog(heading)
         if stopping_jog is not None and not registers and self._ranges_hold(command):
@@ -580,7 +579,7 @@ class DriveLayer:
         motion.start(now_ns)
 
     def _stopping_jog(self, heading: int) -> Jog | None:
-        """Return the jog that decelerates in a direction, or None."""
+        """Return the jog that is decelerating in a direction, or None."""
         motion = self.operation
         if not isinstance(motion, Jog) or isinstance(motion, DriveRegistrationMove):
             return None
@@ -592,7 +591,7 @@ class DriveLayer:
         return command.target is not None and command.target > 0 and command.minimum_distance is not None
 
     def _too_short(self, command: DriveCommand) -> bool:
-        """Return whether the ramp down of a registration move is longer than its distance."""
+        """Return whether the ramp-down of a registration move is longer than its distance."""
         assert command.target is not None
         profile = profile_of(command, self.start_sps)
         ramp = stopping_distance(
@@ -709,7 +708,7 @@ class DriveLayer:
     # -- the driver and the link --------------------------------------------------------------
 
     def overheat(self, now_ns: int, faulty: bool) -> None:
-        """Begin or end a fault of the driver, which only an enabled driver shows [17 p. 84]."""
+        """Begin or end a driver fault, which is shown only while the driver is enabled [17 p. 84]."""
         self.faulty = faulty and self.enabled
         if not self.faulty:
             self.status.clear(StatusBit.DRIVER_FAULT)
@@ -719,12 +718,12 @@ class DriveLayer:
                 self.cut(now_ns, "DRV-04")
 
     def stall(self, now_ns: int) -> None:
-        """Cut a motion that the shaft does not follow."""
+        """Cut a motion because the motor has stalled."""
         if self.busy:
             self.cut(now_ns, "DRV-03")
 
     def regain_connection(self, now_ns: int) -> None:
-        """Obey the enable bit again; a command bit that is still on starts no command."""
+        """Obey the enable bit again; a command bit that is still on does not start a command."""
         self._enable(now_ns)
 
     def lose_connection(self, now_ns: int) -> None:
@@ -748,7 +747,7 @@ class DriveLayer:
         self.cut(now_ns, "INP-04")
 
     def finish(self, now_ns: int, result: int, outcome: str) -> None:
-        """End the running motion, set a status bit for the result, or 0, and report the motion."""
+        """End the running motion, set the status bit of its result (0 for none), and report the motion."""
         motion, self.operation = self.operation, None
         assert motion is not None
         self.status.clear(RESULTS)

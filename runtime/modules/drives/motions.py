@@ -1,4 +1,4 @@
-"""The motions of a drive: moves, jogs, registration moves, the home search, assembled moves.
+"""The motions of a drive: moves, jogs, registration moves, home searches and assembled moves.
 
 A motion lasts from the acceptance of its command to its end. It reacts to words, inputs and Hold, and ends
 by calling `MotionHost.finish`.
@@ -35,7 +35,7 @@ def shape_of(jerk: int) -> AnyShape:
 
 
 def profile_of(command: DriveCommand, start_sps: int) -> Profile:
-    """Return the profile of a command with valid ranges."""
+    """Return the profile of a command whose values are within their ranges."""
     assert command.speed is not None
     return Profile(start_sps, command.speed, *command.rates, shape_of(command.jerk))
 
@@ -54,17 +54,17 @@ class MotionHost(Protocol):
         """The starting speed, steps/s."""
 
     def fire(self, now_ns: int, rule_id: str) -> None:
-        """Set the bits of a rule, and report it."""
+        """Set the bits of a rule, and report the rule."""
 
     def cut(self, now_ns: int, rule_id: str) -> None:
         """End the motion without a ramp, and report the rule that requires it."""
 
     def finish(self, now_ns: int, result: int, outcome: str) -> None:
-        """End the motion, set a status bit for the result, or 0, and report the motion."""
+        """End the motion, set the status bit of its result (0 for none), and report the motion."""
 
 
 class JogValues(NamedTuple):
-    """The words of a jog that may change while it runs."""
+    """The values of a jog that may change while it runs."""
 
     speed: tuple[int, ...]  # two words
     rates: tuple[int, ...]  # acceleration and deceleration
@@ -72,7 +72,7 @@ class JogValues(NamedTuple):
 
 
 def jog_values(command: DriveCommand) -> JogValues:
-    """Return the words of a command that a jog follows."""
+    """Return the values of a command that a running jog adopts."""
     return JogValues(command.words[4:6], command.words[6:8], command.jerk)
 
 
@@ -120,7 +120,7 @@ class DriveMotion:
         """Check inputs and counts."""
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return the instant at which the motion needs a tick without an event, or None."""
+        """Return the instant at which the motion needs a tick even without an event, or None."""
         return None
 
     def on_end(self, now_ns: int) -> None:
@@ -129,7 +129,7 @@ class DriveMotion:
 
 
 class Move(DriveMotion):
-    """An absolute or relative move; it can be held and resumed."""
+    """An absolute or relative move, which can be held and resumed."""
 
     def __init__(self, layer: MotionHost, now_ns: int, name: str, target: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
@@ -139,7 +139,7 @@ class Move(DriveMotion):
         self.holding = False
 
     def start(self, now_ns: int) -> None:
-        """Start the axis; a move over no distance is complete at once [interpretation R-37]."""
+        """Start the axis; a move of zero distance is complete at once [interpretation R-37]."""
         if self.target != self.axis.position:
             self.axis.move(now_ns, self.target - self.axis.position, self.profile)
 
@@ -164,7 +164,7 @@ class Move(DriveMotion):
 
 
 class DriveEncoderMove(DriveMotion):
-    """A move until the encoder reaches a count, and a ramp down from there [K p. 69]."""
+    """A move that runs until the encoder reaches a count, and then ramps down [K p. 69]."""
 
     name: ClassVar[str] = "encoder"
 
@@ -243,9 +243,9 @@ class Jog(DriveMotion):
 
 
 class DriveRegistrationMove(Jog):
-    """A jog that stops a distance after its input, or after the release of its bit.
+    """A jog that stops at a distance after its input, or after its bit is released.
 
-    Before the minimum distance neither stops it [SMD p. 67; interpretation R-17].
+    Before the minimum distance, neither stops it [SMD p. 67; interpretation R-17].
     """
 
     name: ClassVar[str] = "registration"
@@ -290,7 +290,7 @@ class DriveRegistrationMove(Jog):
 
 
 class HomeSearch(DriveMotion):
-    """A home search with the sequence of a 3601 [interpretation R-19]."""
+    """A home search that follows the sequence of a 3601 [interpretation R-19]."""
 
     name: ClassVar[str] = "home"
     stops_at_limits: ClassVar[bool] = False
@@ -340,7 +340,7 @@ class HomeSearch(DriveMotion):
 
 
 def blend_program(segments: Sequence[DriveCommand], start_sps: int) -> BlendProgram:
-    """Return segments as one motion; each segment ramps to its speed at its own rate.
+    """Return segments as one motion, in which each segment ramps to its speed at its own rate.
 
     See SMD p. 38, interpretation R-20.
 
@@ -441,7 +441,7 @@ class DwellMove(DriveMotion):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Ramp down; in a pause, end at once."""
+        """Ramp down, or end at once during a pause."""
         self._is_held, self._resumes_ns = True, None
         segment = self.segments[self._index]
         self.axis.stop(now_ns, segment.rates[1], shape_of(segment.jerk))

@@ -1,4 +1,4 @@
-"""The flash content of a drive [SMD p. 59, p. 72], and the number of writes."""
+"""The flash contents of a drive [SMD p. 59, p. 72], and the number of writes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class DriveMemory(BaseModel):
 
     Attributes:
         configuration: ten configuration words, or None.
-        segments: output words of the stored assembled move's segments, in order; empty without a move.
+        segments: output words for each segment of the stored assembled move, in order; empty without a move.
         encoder_offset: count of the absolute encoder less the shaft's count, x4 counts; None if not saved.
         writes: number of writes to the flash.
     """
@@ -29,5 +29,5 @@ class DriveMemory(BaseModel):
     writes: Annotated[int, Field(ge=0)] = 0
 
     def written(self, **changes: object) -> DriveMemory:
-        """Return the memory after one more write, with changed fields."""
+        """Return a copy with changed fields, which counts as one more write."""
         return self.model_copy(update={"writes": self.writes + 1, **changes})

@@ -1,4 +1,4 @@
-"""The registry records of the networked drives: modules with ten words in each direction."""
+"""The registry records of the networked drives, which have ten words in each direction."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def make(
 
     Args:
         seed: seed of the machine's random numbers.
-        options: options of the model by name; see `SmdOptions`.
+        options: options of the model, by name; see `SmdOptions`.
 
     Raises:
-        ValueError: an unknown option, or a wiring.
+        ValueError: an unknown option, or a wiring, which drives do not have.
     """
     from .drive import DriveUnit
 

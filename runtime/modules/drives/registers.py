@@ -1,11 +1,11 @@
-"""The Modbus registers of a stack of drives, as requests and answers without transport [SMD p. 120, p. 121].
+"""The Modbus registers of a drive stack, as requests and replies without transport [SMD p. 120, p. 121].
 
     inputs     input registers from 0, also holding registers from 0; discrete inputs from 0
     outputs    holding registers from 1024; coils from 16,384: 16 for each register, bit 0 first
 
-Each axis has ten registers; the registers of the next axis follow. The registers of one request act together,
+Each axis has ten registers; the registers of the next axis follow. The registers in one request act together,
 at the instant of the request. Function 23 returns the data from before its own write. A request is refused
-as a whole: exception 1 for a function, 2 for an address, 3 for a count or value.
+as a whole: exception 1 for an invalid function, 2 for an address, 3 for a count or value.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ OUTPUTS = 1024
 """The first output register."""
 
 COILS = 16 * OUTPUTS
-"""The first coil: bit 0 of the first output register."""
+"""The first coil, which is bit 0 of the first output register."""
 
 REQUESTS_KEPT = 64
-"""Maximum cached requests, decoded; clients repeat the same requests."""
+"""Maximum number of decoded requests that are cached, because clients repeat the same requests."""
 
 
 class DriveRegisters:
     """The registers of the axes of a stack.
 
     Args:
-        axes: 1 or more, all advanced to the instant of each request.
+        axes: one or more axes, all advanced to the instant of each request.
     """
 
     def __init__(self, axes: Sequence[DriveUnit]) -> None:
@@ -54,7 +54,7 @@ class DriveRegisters:
         self._decoded = lru_cache(REQUESTS_KEPT)(partial(request_of, functions=(*READS, *WRITES, 23)))
 
     def answer(self, request: bytes) -> bytes:
-        """Carry out a request (function code and data); return the answer or exception."""
+        """Carry out a request (function code and data); return the reply or exception."""
         return answer_to(self._decoded(request), self._carry_out)
 
     def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
@@ -140,7 +140,7 @@ def _bits(registers: Sequence[int]) -> list[bool]:
 
 
 def _slice(values: Sequence[T], first: int, count: int) -> list[T]:
-    """Return `count` values from index `first`; refuse an address without a value."""
+    """Return `count` values from index `first` on; refuse an address without a value."""
     if first < 0 or first + count > len(values):
         raise ModbusRefusedError(ILLEGAL_ADDRESS)
     return list(values[first : first + count])

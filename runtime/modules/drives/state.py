@@ -15,13 +15,13 @@ class StatusLatches:
         self.bits = StatusBit.MODULE_OK
 
     def clear(self, bits: int) -> None:
-        """Clear bits of a mask."""
+        """Clear the bits in a mask."""
         self.bits &= ~StatusBit(bits)
 
 
 @dataclass(slots=True)
 class DriveState:
-    """The state that a home search of a 3601 uses: inputs by function, and latched bits."""
+    """The state that the 3601's home search uses: inputs by function, and latched bits."""
 
     latches: StatusLatches
     configuration: DriveConfiguration | None = None

@@ -1,4 +1,4 @@
-"""`scanrack check FILE`: checks a rack and its program without running them."""
+"""`scanrack check FILE`: check a rack and its program without running them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _check_command(
     """Check a rack or program without running it: conditions, readers and writers, commands to axes.
 
     An L5X, SLC, .rung or .st file is checked without a rack. For stored programs of the PCL601 (one or more
-    files), it prints the size of each in memory.
+    files), it prints the memory size of each program.
 
     Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
     Example: scanrack check machine.L5X --format sarif > machine.sarif

@@ -11,8 +11,8 @@ from scanrack.terminal.terminal import say
 def _doctor_command(as_json: JsonOption = False) -> None:
     """Check this installation: Python, extras, ports, real-time rights, browser, programs.
 
-    Each line that is not "ok" has a remedy, or the benefit of the missing part. The command changes nothing,
-    and sends nothing over a network.
+    Each line that is not "ok" states a remedy, or the benefit of the missing part. The command changes
+    nothing, and sends nothing over a network.
 
     Exit status: 0 scanrack runs here, with or without optional parts; 1 something is broken.
     """

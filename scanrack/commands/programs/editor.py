@@ -1,4 +1,4 @@
-"""`scanrack editor`: connections to editors."""
+"""`scanrack editor`: support for editors."""
 
 from __future__ import annotations
 

@@ -32,11 +32,11 @@ from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
-"""The checks if neither --check nor --invariants is given."""
+"""The checks that are used if neither --check nor --invariants is given."""
 
 
 def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
-    """Return the kinds of the options; without options, the kinds of the rack file."""
+    """Return the kinds selected by the options, or the kinds in the rack file without options."""
     if not (only or without):
         only, without = job.spec.fuzz.only, job.spec.fuzz.without
     chosen, excluded = (frozenset(map(_kind, names)) for names in (only, without))
@@ -52,7 +52,7 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
 
 
 def _kind(name: str) -> Kind:
-    """Return the kind of a name; raise ValueError for an unknown name."""
+    """Return the kind with a name; raise ValueError for an unknown name."""
     try:
         return Kind(name)
     except ValueError:
@@ -75,14 +75,14 @@ def _fuzz_command(
 
     The search presses buttons, makes sensors stick, moves switches, cuts links and power, stops the CPU and
     tears updates, all at random. It shrinks a scenario that breaks an invariant, and writes a rack file, a
-    trace with its chart, and a script for the bench, with the text of the rule.
-    A campaign continues from the state in its folder.
-    For a trace, the search runs its rack file and program, and varies the recorded inputs.
+    trace with its chart, and a script for the bench, with the text of the rule. A campaign continues from the
+    state in its folder. For a trace, the search runs its rack file and program, and varies the recorded
+    inputs.
 
     Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
 
     Exit status: 0 no invariant is broken, 1 an invariant is broken, 2 a file or an option can't be used, 3 a
-    file can't be written, or with --strict a condition of @sometimes was never true, 130 stopped by Ctrl-C;
+    file can't be written, or with --strict, a condition of @sometimes was never true, 130 stopped by Ctrl-C;
     the results so far are kept.
     """
     with reported_mistakes(), ExitStack() as resources:
@@ -130,12 +130,12 @@ def _setup(rack: str, job: LoadedRack, options: FuzzOptions, scans: int) -> Setu
 
 
 def _nanoseconds(duration: str | None) -> int | None:
-    """Return the nanoseconds of a duration; None without one."""
+    """Return a duration in nanoseconds, or None without one."""
     return None if duration is None else parse_duration(duration)
 
 
 def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | None) -> int:
-    """Return the length of a run: from the command line, the recording, or the rack file."""
+    """Return the number of scans in a run, from the command line, the recording or the rack file."""
     if learned is not None and duration is None:
         return learned.scans
     scans = scans_to_run(job.spec, duration, None, endless=False)
@@ -156,7 +156,7 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     """Read a scenario for a rack.
 
     Raises:
-        ValueError: the file is missing, is no scenario, or is for slots that the rack lacks.
+        ValueError: the file is missing, is not a scenario, or is for slots that the rack does not have.
     """
     if not file.is_file():
         raise ValueError(f"{file}: no such scenario")

@@ -1,4 +1,4 @@
-"""The budget of a session of `scanrack fuzz`, and its share for explanations."""
+"""The budget of a `scanrack fuzz` session, and the share of it that explanations may use."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.runtime.loop.pace import wall_ns
 
 EXPLAINING = 2
-"""Divisor of a time budget for the share of explanations: 2 = one half."""
+"""Divisor of a time budget that yields the share for explanations: 2 = one half."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """The limits of a session, which ends at the first limit; `runs` applies only without other limits."""
+    """The limits of a session, which ends at the first one; `runs` applies only without other limits."""
 
     runs: int  # number of scenarios
     wall_ns: int | None = None
@@ -32,7 +32,7 @@ class Budget:
 
 
 class Times(NamedTuple):
-    """A duration, ns: of the wall clock, and of processors."""
+    """A duration in wall-clock time and in processor time, ns."""
 
     wall_ns: int
     processor_ns: int
@@ -45,8 +45,8 @@ NO_TIME = Times(0, 0)
 class Spending:
     """The used part of a session's budget.
 
-    Explanations have a share of the time. When the share or the budget is used up, further failures are not
-    explained.
+    Explanations have a share of the time. When the share or the budget is used up, additional failures are
+    not explained.
     """
 
     budget: Budget
@@ -90,7 +90,7 @@ class Spending:
 
     @property
     def share(self) -> float | None:
-        """The used part of the time, 0 to 1; None without a limit of time."""
+        """The fraction of the time that is used, 0 to 1; None without a time limit."""
         limits = self.budget.wall_ns, self.budget.processor_ns
         shares = [spent / limit for spent, limit in zip(self.used, limits, strict=True) if limit is not None]
         return min(1.0, max(shares)) if shares else None
@@ -117,5 +117,5 @@ def _share(limit: int | None) -> int | None:
 
 
 def _current_times() -> Times:
-    """Return the time of the wall clock, and the processor time of this process."""
+    """Return the wall-clock time and the processor time of this process."""
     return Times(wall_ns(), round(sum(os.times()[:2]) * 1e9))

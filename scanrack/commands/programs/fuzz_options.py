@@ -104,7 +104,7 @@ class FuzzOptions:
 
     @property
     def tasks_at_a_time(self) -> int | None:
-        """Number of tasks at a time; None if a cluster chooses it."""
+        """Number of concurrent tasks; None if a cluster chooses it."""
         return self.jobs or (None if self.dask is not None else os.cpu_count() or 1)
 
     @property

@@ -1,4 +1,4 @@
-"""A session of `scanrack fuzz`: it repeats known failures, searches, reports, and writes the files."""
+"""A session of `scanrack fuzz`, which repeats known failures, searches, reports, and writes the files."""
 
 from __future__ import annotations
 
@@ -60,26 +60,26 @@ from .fuzz_summary import (
 )
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
-"""Maximum and minimum scenarios of a task, and its number of scans, which take a few seconds.
+"""Maximum and minimum number of scenarios per task, and its numbers of scans, which take a few seconds.
 
 With an adapter in the rack, a scan takes at least ten times as long.
 """
 
 MOST_COVERED = 60
-"""Maximum number of runs on the coverage page: the first runs that reached something new."""
+"""Maximum number of runs on the coverage page, which shows the first runs that reached something new."""
 
 COVERAGE = "coverage.html"
-"""File of the page of coverage."""
+"""File name of the coverage page."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
-"""Errors of a full disk."""
+"""Error numbers that mean a full disk."""
 
 
 @contextmanager
 def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
     """Raise KeyboardInterrupt on Ctrl-C; yield a function that returns whether that has happened.
 
-    An ignored signal, as in the background of a shell, and another handler are left unchanged.
+    If the signal is ignored, as in a shell's background, or has another handler, it is left unchanged.
     """
     times = 0
 
@@ -134,7 +134,7 @@ class Session:
 
     @property
     def tasks(self) -> int | None:
-        """Number of tasks; None = only the budget limits it."""
+        """Number of tasks; None if only the budget limits it."""
         return -(-self.budget.runs // self._most_examples) if self.budget.is_by_runs else None
 
     @property
@@ -143,7 +143,7 @@ class Session:
         return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
 
     def run(self) -> int:
-        """Search; return the exit status. The caller has locked the folder, see `locked`.
+        """Search; return the exit status. The caller must have locked the folder; see `locked`.
 
         Raises:
             ValueError: an unusable file or option.
@@ -204,7 +204,7 @@ class Session:
         return runs[:MOST_COVERED]
 
     def _write_coverage(self) -> tuple[list[UnfiredRule], str]:
-        """Write the coverage page; return the rules that never fired, and the line of the summary."""
+        """Write the coverage page; return the rules that never fired, and a line for the summary."""
         runs_kept, count, slots = self._kept_runs(), 0, self._bench.spec.slot
 
         def runs() -> Iterator[Scenario]:
@@ -238,7 +238,7 @@ class Session:
         return never, f"coverage      {coverage_line(coverage.lines)}{partly}, see {page}"
 
     def _status(self, status: int) -> int:
-        """Return the exit status: of an error, of a broken invariant, or of an unseen goal, in this order."""
+        """Return the exit status for an error, a broken invariant or an unseen goal, in this order."""
         if status:
             return status
         if any(example.broken.invariant in self._bench.names for example in self._state.found.values()):
@@ -263,7 +263,7 @@ class Session:
         say(text, err=self.options.as_json)
 
     def _repeat_known_failures(self) -> None:
-        """Repeat known failures, and report the fixed ones."""
+        """Repeat known failures, and report those that have been fixed."""
         for broken in self._state.recheck(self._bench):
             self._report(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             note_fixed(self._folder_of(broken) / "report.txt")
@@ -281,7 +281,7 @@ class Session:
         return True
 
     def _shrink_remaining(self) -> Iterator[Scenario]:
-        """Shrink the failures that a killed session left; yield the scenarios that no longer fail."""
+        """Shrink the failures left over from a killed session; yield the scenarios that no longer fail."""
         for file, recipe in self._memory.unshrunk_failures():
             if recipe.broken and recipe.broken not in self._bench.names:
                 continue  # this session does not have the invariant
@@ -339,7 +339,7 @@ class Session:
         """Save the state, and write the files of new failures.
 
         Raises:
-            CampaignError: the disk is full; the message has the new failures.
+            CampaignError: the disk is full; the message contains the new failures.
             OSError: a file can't be written.
         """
         try:

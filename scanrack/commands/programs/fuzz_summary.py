@@ -1,4 +1,4 @@
-"""The output of `scanrack fuzz`: a failure, and the summary of a campaign."""
+"""The output of `scanrack fuzz`, which is its failures and the summary of the campaign."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def failure(example: Counterexample) -> str:
 
 
 def not_kept(error: OSError, failures: Collection[Counterexample], origin: Origin) -> str:
-    """Return the message that the disk is full, with the new failures as recipes."""
+    """Return the message that the disk is full, which contains the new failures as recipes."""
     recipes = [
         Recipe(counterexample.scenario, origin, counterexample.broken.invariant).text().rstrip()
         for counterexample in failures
@@ -51,7 +51,7 @@ def failure_row(example: Counterexample, folder: Path | None = None) -> dict[str
     """Return a failure for --json.
 
     Args:
-        folder: folder of its files; None if the failure was only repeated.
+        folder: folder with the failure's files; None if the failure was only repeated.
     """
     row = {**asdict(example.broken), "scenario": described(example.scenario)}
     return row if folder is None else {**row, "after_runs": example.after, "folder": str(folder)}
@@ -69,7 +69,7 @@ def summary_row(
     Args:
         before: the state at the beginning of the session.
         others: names of the invariants that were not broken.
-        searched: the goals.
+        searched: the goals of the search.
         never: the error rules that never fired.
     """
     return {
@@ -109,7 +109,7 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
 
 
 def left_over(state: State, spending: Spending) -> str:
-    """Return a line about unfinished work when the time was over; "" without such work."""
+    """Return a line about work that was unfinished when time ran out; "" if there was none."""
     rests = []
     if state.unshrunk:
         rests.append(f"{state.unshrunk:,} failures not shrunk completely")
@@ -125,7 +125,7 @@ def _rules(state: State, rules: ErrorRules) -> Iterator[str]:
 
 
 def never_fired(never: Collection[UnfiredRule]) -> str:
-    """Return the error rules that never fired, by reason; the coverage page has the reason of each."""
+    """Return the error rules that never fired, by reason; the coverage page has the reason for each."""
     lines = []
     for why, words in WORDS.items():
         rules = [unfired.rule.id for unfired in never if unfired.reason is why]
@@ -156,14 +156,14 @@ def _goal(goal: Invariant, state: State) -> str:
 
 
 MOST_GAPS = 3
-"""Number of gaps that the closing lines name."""
+"""Maximum number of gaps named in the closing lines."""
 
 
 def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
-    """Return three lines: the covered parts, the parts that were not reached, and the next step.
+    """Return three lines, with the covered parts, the parts that were not reached, and the next step.
 
     Args:
-        scans: number of scans of a run.
+        scans: number of scans per run.
     """
     coverage = reached(job, state.kept.seen)
     gaps = solver.gaps(coverage)

@@ -1,6 +1,6 @@
-"""`scanrack l5x`: the contents of an exported controller, and the parts that run.
+"""`scanrack l5x`: report the contents of an exported controller and the parts that run.
 
-An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`) under any suffix except L5X.
+The export is an L5X from Studio 5000, or text from RSLogix 500 (`SOR ... EOR`) with any suffix except L5X.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ def _l5x_command(
 ) -> None:
     """Report what an L5X or SLC export supports: its imported, refused and running parts, with reasons.
 
-    A trial runs the imported rungs interpreted and compiled; "ran" counts the rungs of programs for which
-    both runs agree after every scan.
+    A trial runs the imported rungs both interpreted and compiled; "ran" counts the rungs of programs for
+    which both runs agree after every scan.
 
-    With --run the export also runs on a rack, where parts that are not simulated are only memory. The report
+    With --run, the export also runs on a rack, where parts that are not simulated are only memory. The report
     then lists the conditions for which the program waits, the unchanged inputs, and the modules.
 
-    For a folder it prints totals: rungs, whole controllers, and reasons of refusals without names of tags.
+    For a folder, it prints totals: rungs, whole controllers, and reasons for refusals without tag names.
 
     Example: scanrack l5x machine.L5X
     Example: scanrack l5x exports --json

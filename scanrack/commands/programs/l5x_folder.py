@@ -1,4 +1,4 @@
-"""Totals over a folder of exports: runs, and reasons of refusals, without names of tags."""
+"""Totals over a folder of exports: runs and reasons for refusals, without tag names."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _REASONS = (
     (re.compile(r"^(\w+)\("), "an operand of {}"),
     (re.compile(r"expected "), "text that is no logic"),
 )
-"""Kinds of refusals, by the first pattern that matches; {} is the name of an instruction."""
+"""Kinds of refusals, selected by the first pattern that matches; {} is the name of an instruction."""
 
 
 def kind_of(reason: str) -> str:
@@ -70,7 +70,7 @@ class FolderReport:
     any_refused: bool = False
 
     def add(self, report: Report) -> None:
-        """Add a file."""
+        """Add the report of a file."""
         is_whole = report.target == WHOLE
         self.controllers += is_whole
         self.complete += is_whole and report.complete
@@ -85,7 +85,7 @@ class FolderReport:
             self.refused_files[kind] = self.refused_files.get(kind, 0) + 1
 
     def reasons(self) -> list[dict[str, Any]]:
-        """Return the kinds of refusals, the most frequent first."""
+        """Return the kinds of refusals, most frequent first."""
         rows: list[dict[str, Any]] = [
             {"reason": kind, "files": self.refused_files[kind], "refusals": self.refusals[kind]}
             for kind in self.refusals

@@ -1,4 +1,4 @@
-"""An export of a controller: its report, trial, rack file, differences and copies."""
+"""Reports, trials, rack files, differences and copies of controller exports."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def l5x(file: Path, options: L5xOptions) -> None:
 
 
 def _try_export(file: Path, options: L5xOptions, start: ExportStart) -> L5xImport | SlcImport:
-    """Import an export and try its program; exit if it can't be used."""
+    """Import an export and run a trial of its program; exit if the export can't be used."""
     try:
         scans = (not options.run and options.scans) or SCANS
         return tried(file, Trial(scans, options.stand_in, start.memory_mib))
@@ -77,7 +77,7 @@ def _print_report(report: Report, first: FirstRun | None, *, as_json: bool) -> N
 
 
 def _report_folder(folder: Path, options: L5xOptions, start: ExportStart) -> int:
-    """Report all exports in a folder; return the exit status."""
+    """Report on all exports in a folder; return the exit status."""
     of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
     if of_one != L5xOptions():
         return complain(f"{folder}: a folder takes --json, --scans, --stand-in and --memory", BAD_INPUT)
@@ -145,7 +145,7 @@ def _export(file: Path, name: str | None, out: Path | None) -> int:
 
 
 def _exported(file: Path, name: str | None) -> bytes:
-    """Return a copy of an export, or a part of it; for a rung file, a new L5X."""
+    """Return a copy of an export or of part of it; for a rung file, return a new L5X."""
     if file.suffix == SUFFIX:
         if name is None:
             raise LadderError(f"{file}: not an export; choose a program with --export")

@@ -1,4 +1,4 @@
-"""`scanrack ladder`: the rungs of a program as a picture, as text, or as the Python that runs."""
+"""`scanrack ladder`: draw the rungs of a program as a picture or text, or print the Python that runs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def load_rungs(file: str) -> LadderLogic:
 
 
 def rungs_and_files(file: str) -> tuple[LadderLogic, Used]:
-    """Return the program of `load_rungs`, and its files."""
+    """Return the program that `load_rungs` loads, and the files that it uses."""
     if file.endswith(".toml"):
         job = load_job(file)
         logic, files_in_use = job.logic, in_use(job)
@@ -68,7 +68,7 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     """Return routines with the numbers of their selected rungs or lines.
 
     Raises:
-        ValueError: no routine has a rung of that number.
+        ValueError: no routine has a rung with that number.
     """
     if number is None:
         return [(routine, list(routine.numbers)) for routine in routines]
@@ -81,18 +81,18 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
 
 
 Truths = dict[str, list[tuple[bool, ...] | None]]
-"""The power in each rung of a routine, by the routine's name; None for a rung that did not run."""
+"""The power flow in each rung of a routine, by routine name; None for a rung that did not run."""
 
 
 def _routines_at(file: str, time: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
-    """Run a rack to a time; return the routines with their values, and the power in their rungs."""
+    """Run a rack to a time; return the routines with their values, and the power flow in their rungs."""
     program = bench_at(file, time).program
     truths = {routine.name: program.truth(routine.name) for routine in routines}
     return [program.routine_now(routine.name) for routine in routines], truths
 
 
 def bench_at(file: str, time: str) -> Bench:
-    """Run a rack to a time; raise ValueError if it is not a rack with rungs, or not a time."""
+    """Run a rack to a time; raise ValueError if it is not a rack with rungs or the time is invalid."""
     if not file.endswith((".toml", ".py")):
         raise ValueError(f"{file}: --at needs a rack file")
     bench = open_bench(file, watched=True)
@@ -129,7 +129,7 @@ def ladder(
         typer.Option("--at", metavar="TIME", help="Run a rack to this time, and show the power flow."),
     ] = None,
 ) -> None:
-    """Draw rungs; with --at, show the power flow of a scan.
+    """Draw rungs; with --at, show the power flow in a scan.
 
     Examples: scanrack new feeder --from feeder;
     scanrack ladder feeder/feeder.toml --at "3 s" --svg feeder.svg

@@ -1,4 +1,4 @@
-"""`scanrack new FOLDER`: a rack, a program that homes and moves, and a test."""
+"""`scanrack new FOLDER`: create a rack, a program that homes and moves, and a test."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def _new_command(
 
     It never overwrites a file. Examples: scanrack new my-line; scanrack new my-feeder --from feeder
 
-    Exit status: 0 done; 2 the folder is not empty, or no such example; 3 the folder can't be written.
+    Exit status: 0 done; 2 the folder is not empty, or the example does not exist; 3 the folder can't be
+        written.
     """
     from scanrack.terminal.complaints import reported_mistakes  # imports libraries that help does not need
 

@@ -1,4 +1,4 @@
-"""`scanrack prove RACK`: proofs of claims about a ladder program, and scenarios that refute claims."""
+"""`scanrack prove RACK`: prove claims about a ladder program, or refute them with scenarios."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _COMMA = re.compile(r",(?![^\[]*\])")
 """A comma that is not in a subscript."""
 
 UNDECIDED = 3
-"""Exit status: no property is refuted, and at least one is unknown."""
+"""Exit status if no property is refuted and at least one is unknown."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class ComparedTags:
 
     @property
     def option(self) -> str:
-        """The given option; "" without one."""
+        """The option that was given; "" if there was none."""
         if self.only is not None:
             return "--may-differ"
         return "--outputs" if self.outputs is not None else ""
@@ -110,7 +110,7 @@ def _prove_command(
     the rack, or unknown because of an instruction or a limit. Built-in questions follow: rungs that are never
     true, contacts that decide nothing, coils that are never on or never off again, coils that disagree,
     timers that are never done, faults, endless loops. The assumptions of the proofs are at the end. Each
-    proof has a certificate, proof.smt2 and proof.json. With --check other solvers check it; a property whose
+    proof has a certificate, proof.smt2 and proof.json. With --check, other solvers check it; a property whose
     certificate is refused is unknown.
 
     For two programs, it compares each bit and number that either program writes. It lists the values that can
@@ -166,7 +166,7 @@ def _compare(
     *,
     as_json: bool,
 ) -> int:
-    """Print what can differ between two programs; return the exit status."""
+    """Print the values that can differ between two programs; return the exit status."""
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
         comparison = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
     if html is not None:
@@ -181,7 +181,7 @@ def _compare(
 
 
 def _installed_solvers() -> list[Solver]:
-    """Return the solvers that check proofs; raise ValueError if none is installed."""
+    """Return the installed solvers that can check proofs; raise ValueError if there are none."""
     installed = find_solvers()
     if not installed:
         raise ValueError(
@@ -206,7 +206,7 @@ def _progress(name: str, number: int, total: int) -> None:
 
 
 class _Printing(AnswerListener):
-    """Prints findings immediately."""
+    """Progress output that prints each finding immediately."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet

@@ -1,4 +1,4 @@
-"""`scanrack rules amci3601`, `scanrack rules smd23e2`: the rules of the manuals."""
+"""`scanrack rules amci3601`, `scanrack rules smd23e2`: list the rules in the manuals."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ CHAPTERS = {
     "chapter 6": "Chapter 6: Status and error bits",
     "Manual Revision History": "Manual revision history",
 }
-"""Titles of the chapters, by the first words of the table's sections."""
+"""Chapter titles, by the first words of the sections in the table."""
 
 BITS: Mapping[str, int] = {str(bit.name): bit.value for bit in StatusMsw} | {
     str(bit.name): bit.value << 16 for bit in StatusLsw
 }
-"""Every status bit's mask in `Rule.sets` and `Rule.clears`, by name."""
+"""The mask of every status bit in `Rule.sets` and `Rule.clears`, by name."""
 
 
 TOPICS = {
@@ -49,7 +49,7 @@ TOPICS = {
     "POS": "Position",
     "DRV": "Driver",
 }
-"""Titles of a drive's rules, by the letters of their ids."""
+"""Topics of a drive's rules, by the letters of the rule ids."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class RuleTable:
     bits: Mapping[str, int]
 
     def names(self, mask: int) -> tuple[str, ...]:
-        """Return the names of bits."""
+        """Return the names of the bits in a mask."""
         return tuple(name for name, bit in self.bits.items() if bit & mask)
 
 
@@ -79,16 +79,16 @@ TABLES: Mapping[str, Callable[[], RuleTable]] = {
     "amci3601": lambda: AMCI3601,
     **{name: partial(_drive_table, model) for name, model in MODELS.items()},
 }
-"""Modules with a rule table."""
+"""Functions that return a module's rule table, by module."""
 
 Table = StrEnum("Table", {name.upper(): name for name in TABLES})  # type: ignore[misc]  # from the table
 
 
 def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> list[Rule]:
-    """Return the rules with these ids or prefixes ("CMD-03", "CMD"); all rules if none is given.
+    """Return the rules with the given ids or prefixes ("CMD-03", "CMD"), or all rules if none is given.
 
     Raises:
-        ValueError: an unknown id or prefix; the message has the closest one.
+        ValueError: an unknown id or prefix; the message suggests the closest one.
     """
     names = {name.upper() for name in chosen}
     prefixes = list(dict.fromkeys(map(prefix_of, table.rules)))
@@ -103,7 +103,7 @@ def with_bit(rules: Iterable[Rule], name: str, table: RuleTable = AMCI3601) -> l
     """Return the rules that set or clear a status bit.
 
     Raises:
-        ValueError: an unknown bit; the message lists all bits, and names the closest one.
+        ValueError: an unknown bit; the message lists all bits and suggests the closest one.
     """
     if name.upper() not in table.bits:
         raise ValueError(_unknown("status bit", name, list(table.bits), ", ".join(table.bits)))
@@ -112,18 +112,18 @@ def with_bit(rules: Iterable[Rule], name: str, table: RuleTable = AMCI3601) -> l
 
 
 def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
-    """Return the rules of a firmware version; raise ValueError for an unknown version."""
+    """Return the rules that apply to a firmware version; raise ValueError for an unknown version."""
     firmware = Firmware.parse(version)
     return [rule for rule in rules if rule.applies_to(firmware)]
 
 
 def chapter_of(rule: Rule) -> str:
-    """Return the title of a rule's chapter; for a drive's rule, its topic."""
+    """Return the chapter title of a rule, or the topic of a drive's rule."""
     return CHAPTERS.get(rule.section.split(",")[0]) or TOPICS[prefix_of(rule.id)]
 
 
 def firmware_words(rule: Rule) -> str:
-    """Return the firmware versions of a rule, such as "from 3.1" or "before 3.1"; "" for all versions."""
+    """Return a rule's firmware versions, such as "from 3.1" or "before 3.1"; "" means all versions."""
     since = "" if rule.firmware_from is None else f"from {rule.firmware_from}"
     until = "" if rule.firmware_until is None else f"before {rule.firmware_until}"
     return ", ".join(filter(None, (since, until)))
@@ -148,7 +148,7 @@ def _unknown(kind: str, name: str, known: Sequence[str], allowed: str) -> str:
 
 
 def listing(rules: Sequence[Rule], table: RuleTable = AMCI3601) -> str:
-    """Return the rules as text of 80 columns, under their chapters, with a closing count."""
+    """Return the rules as 80-column text by chapter, with a count at the end."""
     lines: list[str] = []
     chapter = ""
     for rule in rules:
@@ -202,7 +202,7 @@ def _paragraph(text: str) -> list[str]:
 
 
 def count(rules: Sequence[Rule]) -> str:
-    """Return a line with the number of rules, and of the rules that no image can show."""
+    """Return a line with the number of rules, and the number of rules that no image can show."""
     hidden = sum(not rule.testable for rule in rules)
     return f"{len(rules)} rule{'' if len(rules) == 1 else 's'}, {hidden} in no image"
 
@@ -228,7 +228,7 @@ def _rules_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List rules and error bits of a 3601 or a drive, with the section and the text of the manual.
+    """List rules and error bits of a 3601 or a drive, with the manual's section and text.
 
     Exit status: 0 printed, 2 an option can't be used.
     """

@@ -1,4 +1,4 @@
-"""`scanrack run RACK` with typer."""
+"""`scanrack run RACK`, parsed with typer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`scanrack run RACK` without typer, for simple command lines: its arguments, and the run."""
+"""`scanrack run RACK`, parsed without typer for simple command lines."""
 
 from __future__ import annotations
 

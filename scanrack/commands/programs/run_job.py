@@ -1,4 +1,4 @@
-"""The run of `scanrack run`: scans, recording, servers and summary."""
+"""A run by `scanrack run`, with its scans, recording, servers and summary."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def run_job(
     """Run a job and report its result; return the exit status.
 
     Args:
-        scans: number of scans; None = until Ctrl-C.
-        options: options of the run; its hints are printed.
+        scans: number of scans; None runs until Ctrl-C.
+        options: options of the run; their hints are printed.
         quiet: whether to print only error messages, without progress and summary.
         summarized: whether the run ends with a summary, unless `quiet`.
         server: addresses at which clients read and write tags.
-        as_json: whether to print the summary as a JSON object, and the program's output on standard error.
+        as_json: whether to print the summary as a JSON object, and the program's output to standard error.
     """
     with ExitStack() as ports:
         pacer, counters = options.pacer or FreeRun(), RunCounters()
@@ -98,7 +98,7 @@ def _end_servers(services: TagServices, status: int) -> int:
 
 
 def _warn(job: LoadedRack, *, without_clients: bool) -> None:
-    """Print the warnings of a job, and a warning if its servers end before a client can connect."""
+    """Print a job's warnings, including one if its servers end before a client can connect."""
     _complain_all(job.warnings)
     if without_clients:
         complain("without --realtime the run does not wait for clients; the servers end with the run")
@@ -118,7 +118,7 @@ def _print_json(status: int, row: dict[str, object]) -> None:
 def servers_at(
     texts: Sequence[str] | None, ua_security: str | None = None, ua_users: Path | None = None
 ) -> Sequence[ServerAddress]:
-    """Return the addresses of --server; see `addresses`."""
+    """Return the server addresses given by --server; see `addresses`."""
     if not (texts or ua_security or ua_users):
         return ()
     from scanrack.jobs.run.servers.kinds import addresses
@@ -129,7 +129,7 @@ def servers_at(
 def _open_servers(
     job: LoadedRack, addresses: Sequence[ServerAddress], ports: ExitStack, *, live: bool
 ) -> TagServices | None:
-    """Open servers of tags that end with `ports`.
+    """Open tag servers, which close when `ports` closes.
 
     Raises:
         ValueError: a port can't be used, or the rack file lacks an entry that a server needs.
@@ -144,7 +144,7 @@ def _open_servers(
 
 
 ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
-"""The end of a run for --json, by exit status."""
+"""How a run ended, for --json, by exit status."""
 
 
 def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
@@ -157,7 +157,7 @@ def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
 
 
 def trace_path(job: LoadedRack, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
-    """Return the path of the recording from the command line or the rack file; None without a recording.
+    """Return the recording's path from the command line or the rack file, or None without a recording.
 
     Raises:
         ValueError: contradictory options, or a recording that would replace an owned file.

@@ -18,14 +18,14 @@ def schema_command(
 ) -> None:
     """Print the JSON Schema of rack files.
 
-    It has all keys with their meaning and limits, and the options of each module.
+    The schema has all keys with their meanings and limits, and the options of each module.
 
-    An editor with tombi or taplo reads it if the first line of a rack file is
+    An editor with tombi or taplo uses the schema if the first line of a rack file is
     #:schema rack.schema.json. Only `scanrack check` finds conflicts between keys.
 
     Example: scanrack editor schema --write
 
-    Exit status: 0 done; 2 rack.schema.json is another file; 3 it can't be written.
+    Exit status: 0 done; 2 rack.schema.json is a different file; 3 it can't be written.
     """
     from scanrack.runtime.config.rack_schema import HINT, NAME, rack_schema
 

@@ -1,4 +1,4 @@
-"""The summary of a run: scans, time, moves, errors with the manual's text, the trace."""
+"""The summary of a run: scans, time, moves, errors with the manual's text, and the trace."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`scanrack tags`: the tags of a rack as clients of `--server` see them."""
+"""`scanrack tags`: list the tags of a rack as clients of `--server` see them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scanrack.terminal.as_json import JsonOption
 
 
 class Software(StrEnum):
-    """Software that imports a list of tags, see `tag_formats.FORMATS`."""
+    """Software that imports a list of tags; see `tag_formats.FORMATS`."""
 
     IGNITION = "ignition"
     KEPWARE = "kepware"

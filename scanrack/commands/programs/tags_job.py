@@ -1,4 +1,4 @@
-"""The tags of a rack as a table, a file for HMI software, or a first `[server]` table."""
+"""The tags of a rack as a table, a file for HMI software, or an initial `[server]` table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..recordings.show import new_table, print_block
 
 COLUMNS = ("name", "type", "access", "Modbus", "OPC UA", "EtherNet/IP", "description")
 SHOWN_MOST = 3
-"""Maximum number of left-out tags that a message names."""
+"""Maximum number of omitted tags that a message names."""
 
 
 def tags(

@@ -13,20 +13,20 @@ from .why_command import why_command
 
 
 def _why_command(options: WhyArguments) -> None:
-    """Explain why a tag has its value: since when, how, and the cause, in at most six lines.
+    """Explain why a tag has its value (since when, how, and the cause) in at most six lines.
 
-    A cause outside of the program comes first: a force, the mode switch, a fault, a lost link. For a value
+    A cause outside the program comes first: a force, the mode switch, a fault or a lost link. For a value
     that never changed, the answer names the missing conditions. The last line is the cause: an input, an
-    operator, an injected fault, a running timer, a rule of the module. --deep shows the whole chain: in
-    `A <- B`, B caused A; with `and` all causes were needed, with `or` each was sufficient.
+    operator, an injected fault, a running timer or a rule of the module. --deep shows the whole chain: in `A
+    <- B`, B caused A; with `and`, all causes were needed; with `or`, each was sufficient.
 
     A rack runs from power-up to that scan, or for the time in its file. The program of a trace runs on the
     recorded inputs. Python that came with the trace runs only if it is the same as in the current folder, or
     with --trust. A Python program runs once more, to trace the scan of the change line by line.
 
     Examples: scanrack new feeder --from feeder; scanrack why feeder/feeder.toml Feeding --at "8.2 s";
-    scanrack why feeder/feeder.toml Feeding --at "8.2 s" --want on;
-    scanrack new stations --from three_stations; scanrack why stations/line.toml --at 3400
+    scanrack why feeder/feeder.toml Feeding --at "8.2 s" --want on; scanrack new stations --from
+    three_stations; scanrack why stations/line.toml --at 3400
 
     Exit status: 0 answered, 1 the bit of --until has not come on, 2 a file or an option can't be used.
     """

@@ -1,4 +1,4 @@
-"""`scanrack why RACK|TRACE [WHAT]` without typer, for simple command lines."""
+"""`scanrack why RACK|TRACE [WHAT]`, parsed without typer for simple command lines."""
 
 from __future__ import annotations
 

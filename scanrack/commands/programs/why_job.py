@@ -1,4 +1,4 @@
-"""The cause of a value, and the uses of tags."""
+"""Answers about the cause of a value, and about the uses of tags."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 
 def _run(bench: Bench, moment: ScanChoice) -> None:
-    """Run a bench to the scan of the question.
+    """Run a bench to the scan that the question is about.
 
     Raises:
         ValueError: a time or a tag can't be used.
-        NotReachedError: the bit does not become true.
+        NotReachedError: the bit did not become true.
     """
     default_time = f"{bench.spec.run_for_s or 10:f} s"
     if moment.until is not None:
@@ -44,7 +44,7 @@ def _run(bench: Bench, moment: ScanChoice) -> None:
 
 
 def why(options: WhyArguments) -> None:
-    """Explain the value of a tag: its scan, its rung or line, and the values that caused it.
+    """Explain the value of a tag by its scan, its rung or line, and the values that caused it.
 
     Raises:
         SystemExit: with the status of the command, unless it is 0.
@@ -185,6 +185,6 @@ def _mention_row(mention: Mention) -> dict[str, object]:
 
 
 def _refused(error: Exception) -> SystemExit:
-    """Report an error and its remedy; return the end of the command."""
+    """Report an error and its remedy; return the exception that ends the command."""
     remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
     return SystemExit(complain(f"{error}{remedy}", BAD_INPUT))

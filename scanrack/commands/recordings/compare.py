@@ -1,4 +1,4 @@
-"""`scanrack compare A B`: the first scan in which two traces differ, and all differences."""
+"""`scanrack compare A B`: find the first scan in which two traces differ, and all differences."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ def _compare_command(options: CompareOptions) -> None:
     """Find where two traces differ: the first scan, the events before it, and a summary of all differences.
 
     Scans are paired by number, and every bit and time is compared. With a tolerance, as for traces of real
-    hardware, they are paired by time: a bit or word must be in the other trace within the time, and a
-    position may differ by its motion within the time and the counts.
+    hardware, they are paired by time: a bit or word must appear in the other trace within the time, and a
+    position may differ by the counts plus its motion within the time.
 
     Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used.
 

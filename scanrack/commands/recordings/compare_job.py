@@ -1,4 +1,4 @@
-"""Compares two traces: the report and the exit status."""
+"""Comparison of two traces, with its report and exit status."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .comparison_options import CompareOptions
 
 
 def tolerance(time: str, counts: int) -> Tolerance:
-    """Return the tolerance of the options.
+    """Return the tolerance that the options specify.
 
     >>> tolerance("4 ms", 2)
     Tolerance(time_ns=4000000, counts=2)
@@ -49,7 +49,7 @@ def print_comparison(comparison: Comparison, names: tuple[str, str], *, as_json:
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:
-    """Return the names of two traces: file names if they differ, else paths.
+    """Return the names of two traces, which are their file names if these differ, otherwise their paths.
 
     >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
     (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))

@@ -1,4 +1,4 @@
-"""`scanrack export TRACE --csv OUT`, or other formats of `traces.export.formats`."""
+"""`scanrack export TRACE --csv OUT`, or another format in `traces.export.formats`."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _export_command(
 
 
 def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[str]:
-    """Return the patterns, or the names of the bits among their signals."""
+    """Return the patterns, or with `bits`, the names of the bits among the signals that match."""
     if not bits:
         return patterns
     signals = Catalog.of(trace).matching(patterns)
@@ -98,7 +98,7 @@ def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[st
 
 
 def _check(outputs: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: str) -> None:
-    """Raise ValueError if these formats can't be written to these targets.
+    """Raise ValueError if an output can't be written to its target.
 
     Args:
         choice: the option that chooses signals; "" without one.

@@ -1,4 +1,4 @@
-"""`scanrack import CAPTURE`: converts a network capture or a log of frames to a trace."""
+"""`scanrack import CAPTURE`: convert a network capture or a frame log to a trace."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scanrack.traces.files.guard import TRACE, check_output
 
 
 class CapturedController(StrEnum):
-    """Controllers of captures."""
+    """Controllers whose captures can be imported."""
 
     AMCI3601 = "amci3601"
     PCL601 = "pcl601"
@@ -90,14 +90,14 @@ def _import_command(
 ) -> None:
     """Convert a network capture to a trace, for show, query, plot, export and compare.
 
-    A scan is an exchange, at the time of its reply. Registers become tags. With --simulated the same requests
-    go to a simulated controller; compare both traces to find where the real controller differs.
+    Each exchange becomes a scan, at the time of its reply. Registers become tags. With --simulated, the same
+    requests go to a simulated controller; compare both traces to find where the real controller differs.
     For a 3601 as remote I/O, or in a CompactLogix from which a client reads Local:1:I and Local:1:O over
     EtherNet/IP, a scan is a read of the input words, and `scanrack replay` replays them.
 
     Example: scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
 
-    Exit status: 0 summary, 2 a file or option can't be used, 3 a trace can't be written.
+    Exit status: 0 converted, 2 a file or option can't be used, 3 a trace can't be written.
     """
     with reported_mistakes():
         has_words = options.controller in (CapturedController.AMCI3601, CapturedController.COMPACTLOGIX)

@@ -1,4 +1,4 @@
-"""`scanrack plot TRACE`: a timing chart as an HTML page that zooms, or as a PNG or SVG picture."""
+"""`scanrack plot TRACE`: draw a timing chart as an HTML page that zooms, or as a PNG or SVG picture."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
 from scanrack.traces.read.reader import open_trace
 
 _KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
-"""Format of a chart, by the suffix of its file."""
+"""Format of a chart, by file suffix."""
 
 
 def _plot_command(
@@ -54,7 +54,7 @@ def _plot_command(
     """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
 
     An HTML page needs only a browser, has every scan, and zooms with the wheel; .png and .svg need the extra
-    `plot`: `scanrack doctor` prints how to install it.
+    `plot`; `scanrack doctor` prints how to install it.
 
     Example: scanrack plot run.mcap --out run.png --range 1.5s:3s
 

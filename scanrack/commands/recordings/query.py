@@ -1,4 +1,4 @@
-"""`scanrack query TRACE QUERY`: the scans and durations in which a condition was true."""
+"""`scanrack query TRACE QUERY`: find the scans in which a condition was true, and for how long."""
 
 from __future__ import annotations
 

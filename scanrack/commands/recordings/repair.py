@@ -1,4 +1,4 @@
-"""`scanrack repair TRACE`: recovers a damaged trace, or the trace of a killed process."""
+"""`scanrack repair TRACE`: recover a damaged trace, or the trace of a killed process."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def _repair_command(
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Recover a damaged trace, or the trace of a killed process, so that every MCAP tool opens it.
+    """Recover a damaged trace, or the trace of a killed process, so that any MCAP tool can open it.
 
-    It also repairs traces of serial lines from `serve --record`.
+    The command also repairs traces of serial lines from `serve --record`.
 
     Complete chunks are unchanged. The repaired trace is written beside the original, and then replaces it.
-    The original is kept as TRACE.orig, unless the repaired trace lacks only its truncated end.
+    The original is kept as TRACE.orig, unless only its truncated end is missing from the repaired trace.
 
     Example: scanrack repair run.mcap
 

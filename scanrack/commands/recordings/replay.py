@@ -14,7 +14,7 @@ def _replay_command(options: ReplayOptions) -> None:
     """Replay and check for differences; stop at the first scan that differs.
 
     Rack and program come from the trace, or from --rack and --program, so that an old trace can check a
-    changed program. With a tolerance, the whole trace is replayed and compared by time, see scanrack compare.
+    changed program. With a tolerance, the whole trace is replayed and compared by time; see scanrack compare.
 
     --into session runs the same rack file and program for the same number of scans, and repeats the
     operator actions and edits of a session of scanrack watch before the same scans. Python that came with
@@ -22,7 +22,7 @@ def _replay_command(options: ReplayOptions) -> None:
 
     A 3601 that was in operation before the trace starts with the state of the first image at rest, and is
     compared from the next scan on. Its configuration is the first in the trace, or --configuration. --record
-    writes the replay, for scanrack compare; earlier recordings are kept, unless with --replace.
+    writes the replay, for scanrack compare; earlier recordings are kept unless --replace is given.
 
     Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 

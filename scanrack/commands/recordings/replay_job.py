@@ -1,4 +1,4 @@
-"""Replays a recording into a module, a program or a rack."""
+"""Replay of a recording into a module, a program or a rack."""
 
 from __future__ import annotations
 
@@ -129,11 +129,11 @@ _DEFAULT = {
     (ReplayTarget.PROGRAM, False): Stimuli.MACHINE,
     (ReplayTarget.RACK, False): Stimuli.RECORDED,
 }
-"""The stimuli by target, and by whether a module was in operation before the recording."""
+"""The default stimuli, by target and by whether a module was in operation before the recording."""
 
 
 def _rack_and_logic(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
-    """Return the rack and the logic; None as logic if the recorded outputs are replayed."""
+    """Return the rack and the logic, which is None if the recorded outputs are replayed."""
     rack, program, trust = options.rack, options.program, options.trust
     if options.into is ReplayTarget.MODULE:
         if program is not None:

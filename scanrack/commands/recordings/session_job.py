@@ -1,4 +1,4 @@
-"""Repeats the run of a trace, and compares both runs."""
+"""Repetition of the run in a trace, and comparison of the two runs."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from .compare_job import print_comparison
 from .comparison_options import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
-"""Metadata of a branch, see `watch.play`."""
+"""Metadata keys of a branch; see `watch.play`."""
 
 RERUN = "rerun"
 """Name of the second recording in the report."""
 
 
 def rerun_trace(options: ReplayOptions) -> None:
-    """Run a recorded session again and check for differences: same rack file, program and number of scans.
+    """Repeat a recorded session with the same rack file, program and scan count, and check for differences.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.

@@ -1,4 +1,4 @@
-"""`scanrack show TRACE`: the header, the events and the changes of a trace as text."""
+"""`scanrack show TRACE`: print the header, events and changes of a trace as text."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def show(
     """Print a trace; raise TraceError if it can't be read.
 
     Args:
-        every: whether to print scans in which only position or counts changed.
-        limit: maximum rows and maximum events; None = all.
+        every: whether to also print scans in which only the position or counts changed.
+        limit: maximum number of rows, and of events; None means all.
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, selected=selected)
@@ -62,7 +62,7 @@ class CappedList(Generic[T]):
     """A list that keeps the first items and counts the rest.
 
     Args:
-        limit: maximum number of items to keep; None = all.
+        limit: maximum number of items to keep; None means all.
     """
 
     def __init__(self, limit: int | None) -> None:
@@ -73,7 +73,7 @@ class CappedList(Generic[T]):
 
     @property
     def full(self) -> bool:
-        """Whether the limit is reached."""
+        """Whether the limit has been reached."""
         return self._limit is not None and len(self.kept) >= self._limit
 
     def add(self, items: Iterable[T]) -> None:
@@ -85,17 +85,17 @@ class CappedList(Generic[T]):
 
 
 ONLY_WITH_EVERY = frozenset({"/indicators", "/texts"})
-"""Topics that are printed only with --every, since status bits and tags show the same."""
+"""Topics that are printed only with --every, because status bits and tags show the same information."""
 
 
 class Contents:
     """The parts of a trace to print, collected in one pass, which ends when the limit is reached.
 
     Attributes:
-        count: number of all scans, also outside of the range.
+        count: number of all scans, including those outside the range.
         first: number of the first scan.
         last: number of the last scan.
-        rows: rows of the table, in the range.
+        rows: rows of the table that are in the range.
     """
 
     def __init__(self, trace: Trace, *, every: bool, limit: int | None, selected: Selection) -> None:
@@ -154,7 +154,7 @@ def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Tabl
 
 
 def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
-    """Return all parts for --json; the numbers of further rows are null if reading stopped at the limit."""
+    """Return all parts for --json; counts of remaining rows are null if reading stopped at the limit."""
     head = trace.head
     return {
         "trace": str(path),
@@ -181,7 +181,7 @@ def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
 
 
 def story(contents: Contents) -> Iterator[str | Table]:
-    """Yield events and changes."""
+    """Yield the parts that show events and changes."""
     yield "What happened"
     yield _event_table(contents.events.kept) if contents.events.kept else "nothing beside the scans"
     yield from _more(contents.events, "events")
@@ -250,7 +250,7 @@ def new_table(*titles: str) -> Table:
 
 
 def print_block(block: str | Table) -> None:
-    """Print a block: in the width of a terminal; without a terminal in lines of any length."""
+    """Print a block, wrapped to the width of a terminal; without a terminal, in lines of any length."""
     console = Console(highlight=False, markup=False, emoji=False)
     if isinstance(block, str):
         say(on_a_line(block))
@@ -299,8 +299,8 @@ def _show_command(
     """List events and changes: the trace's header, slots and events, and the scans with changes.
 
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or encoder
-    count changed are only counted, unless with --every. The trace of a killed process is shown up to its last
-    complete chunk. With --extract the attached files are written, and only their names are printed.
+    count changed are only counted, unless --every is given. The trace of a killed process is shown up to its
+    last complete chunk. With --extract, the attached files are written, and only their names are printed.
     Exit status: 2 if the file can't be read, 3 if a file can't be written.
     """
     if folder is not None:

@@ -1,4 +1,4 @@
-"""`scanrack conform`: tests a real 3601, operated by its controller, against the manual."""
+"""`scanrack conform`: test a real 3601, operated by its controller, against the manual."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ SAFETY = (
 
 
 class RungKind(StrEnum):
-    """Formats of the file with the counter's rung."""
+    """Formats of the file that contains the counter's rung."""
 
     L5X = "l5x"
     SLC = "slc"
@@ -129,9 +129,9 @@ def _conform_command(
 ) -> None:
     """Test a real 3601 against its manual.
 
-    It plays a plan of scenes through the controller that owns the module. It reports a difference only if no
-    possible instant of the words' effect explains it. Each rule agrees with the manual, differs, or is open.
-    The report names each interpretation that a scene settles.
+    It plays a plan of scenes through the controller that owns the module. It reports a difference only if it
+    can't be explained by any instant at which the words may have taken effect. Each rule agrees with the
+    manual, differs, or is open. The report names each interpretation that a scene settles.
 
     Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
@@ -164,7 +164,7 @@ def _conform_command(
 
 
 def _judge(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
-    """Judge each scene, and print its verdict if it is shown."""
+    """Judge each scene, and with `shown`, print its verdict."""
     judge = Judge(recorded.firmware, recorded.timing)
     for scene in recorded.scenes:
         verdict = judge.judge(scene)
@@ -174,10 +174,10 @@ def _judge(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
 
 
 def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, str]]:
-    """Return the file of the result or None, and the files that no output may replace.
+    """Return the result file, or None, and the files that no output may replace.
 
     Raises:
-        ValueError: an output can't be written, or would replace one of these files.
+        ValueError: an output can't be written, or would replace one of those files.
     """
     files_in_use = {options.source: "the file that is judged"} if options.source is not None else {}
     files_in_use |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
@@ -190,7 +190,7 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
 
 
 def _with_result(used: dict[Path, str], result_file: Path | None) -> dict[Path, str]:
-    """Return the files in use and the file of the result."""
+    """Return the files in use, including the result file."""
     return used if result_file is None else used | {result_file: "the result"}
 
 
@@ -214,7 +214,7 @@ def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
-    """Return the times of the path; with a counter the scan is 0, since its windows include it."""
+    """Return the times of the path; with a counter, the scan is 0, because its windows include it."""
     counted_ns = 0 if period_ns else timing.scan_ns
     scan_ns = counted_ns if scan is None else parse_time(scan)
     return replace(timing, scan_ns=scan_ns)
@@ -266,7 +266,7 @@ def _playable_scenes(options: ConformOptions, plan: ScenePlan, tags: ModuleTags)
 
 
 def _missing(scene: PlannedScene, tags: ModuleTags, *, has_encoder: bool) -> str:
-    """Return the need of a scene that is not met; "" if all needs are met."""
+    """Return a requirement of a scene that is not met, or "" if all are met."""
     wired = sum(bit.value for bit in tags.wiring or {})
     if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
         return "needs inputs that are wired to outputs (--wire)"

@@ -1,4 +1,4 @@
-"""`scanrack device`: list, identify, read, set and move devices; a PCL601 and a PMC006 each have a group."""
+"""`scanrack device`: list, identify, read, set and move devices; PCL601 and PMC006 each have a group."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`scanrack device list` and `scanrack device identify PORT`: the serial ports, and the device on one."""
+"""`scanrack device list` and `scanrack device identify PORT`: list serial ports, and identify a device."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def identify_command(
 ) -> None:
     """Identify the device on a port.
 
-    It finds a PCL601 in Modbus RTU or ASCII, or a PMC006, and its address.
+    The search finds a PCL601 in Modbus RTU or ASCII, or a PMC006, and its address.
 
-    The requests only read: they change nothing, and nothing moves. Without a response the search takes
-    about 25 s; with --address it takes less time.
+    The requests only read: they change nothing, and nothing moves. Without a response, the search takes about
+    25 s; with --address, it takes less time.
 
     Example: scanrack device identify /dev/ttyUSB0
 

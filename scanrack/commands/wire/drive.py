@@ -1,4 +1,4 @@
-"""`scanrack drive TARGET`: JSON requests to a module, in virtual time."""
+"""`scanrack drive TARGET`: send JSON requests to a module, in virtual time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scanrack.terminal.status import BAD_INPUT, DONE, complain
 
 
 def respond_to_lines(respond: Answer, lines: Iterable[str], output: TextIO) -> int:
-    """Write a response for each request; return the exit status: 2 if a request was refused, else 0.
+    """Write a response to each request; return exit status 2 if a request was refused, otherwise 0.
 
     Empty lines are skipped. A refused request changes nothing, and the session continues.
     """
@@ -39,11 +39,11 @@ def drive(
         typer.Argument(metavar="TARGET", help=f"Module: {', '.join(BENCHES)}.", show_default=False),
     ],
 ) -> None:
-    """Exercise one module with JSON requests: one request per line in, one response per line out.
+    """Exercise one module with JSON requests, one request per line in and one response per line out.
 
     Time is virtual; the same input produces the same output, byte for byte.
-    A request is {"new": {...}} for a new module, or {"out": [eight words], "for_ms": 100}; the error for
-    an unknown key lists the allowed keys.
+    A request is {"new": {...}} for a new module, or {"out": [eight words], "for_ms": 100}; the error message
+    for an unknown key lists the allowed keys.
 
     Exit status: 0 done, 2 a request was refused.
     """

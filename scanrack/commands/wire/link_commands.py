@@ -1,4 +1,4 @@
-"""Shared parts of the commands for devices: options, line faults, and the progress of a move."""
+"""Shared parts of the device commands: options, line faults, and the progress of a move."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ REOPEN_S = 0.5
 
 
 class Mover(Protocol):
-    """A client of a controller that moves."""
+    """A client of a controller that can move an axis."""
 
     @property
     def position(self) -> int:
-        """The position, steps."""
+        """Position, steps."""
 
     def move(self, steps: int, progress: Progress) -> int:
-        """Move over signed steps and wait for the end; return the position."""
+        """Move by a signed number of steps and wait for the end; return the position."""
 
     def stop(self) -> None:
         """Stop at once."""
@@ -78,7 +78,7 @@ class Mover(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkPlace:
-    """The address of a controller, from the options before the command."""
+    """The address of a controller, from the options that precede the command."""
 
     port: str | None  # serial port, or None
     tcp: str | None  # HOST:PORT, or None
@@ -94,7 +94,7 @@ class OpenLine(Protocol):
     """An open line."""
 
     def close(self) -> None:
-        """Release it."""
+        """Release the line."""
 
 
 Line = TypeVar("Line", bound=OpenLine)
@@ -102,11 +102,11 @@ Client = TypeVar("Client", bound=Mover)
 
 
 def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Link:
-    """Open the line that --serial or --tcp names.
+    """Open the line named by --serial or --tcp.
 
     Raises:
         ValueError: not exactly one line is named.
-        LinkError: it can't be open_line.
+        LinkError: the line can't be opened.
     """
     if port is not None and tcp is None:
         return SerialLink(port, line_format)
@@ -117,13 +117,13 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
 @contextmanager
 def opened_client(open_line: Callable[[], Line], client_on: Callable[[Line], Client]) -> Iterator[Client]:
-    """Open the line to a controller; report its faults and end the command.
+    """Open the line to a controller and yield its client; report a line fault and end the command.
 
-    If the line is lost while the motor moves, it is reopened to stop the motor.
+    If the line is lost while the motor is moving, it is reopened to stop the motor.
 
     Args:
         open_line: opens the line.
-        client_on: makes the client of a line.
+        client_on: makes the client for a line.
     """
     with reported_faults():
         try:
@@ -150,7 +150,7 @@ def _stopped_again(stop: Callable[[], None]) -> bool:
 
 
 def show_state(rows: Iterable[tuple[str, str]]) -> None:
-    """Print names and values, one pair in each line."""
+    """Print names and values, one pair per line."""
     table = Cells(box=None, show_header=False, pad_edge=False)
     for name, value in rows:
         table.add_row(name, value)
@@ -158,7 +158,7 @@ def show_state(rows: Iterable[tuple[str, str]]) -> None:
 
 
 def travel(client: Mover, steps: int, *, quiet: bool) -> None:
-    """Move over signed steps with progress, and print the position; Ctrl-C stops the motor.
+    """Move by a signed number of steps, show progress, and print the position; Ctrl-C stops the motor.
 
     Raises:
         ValueError: the number of steps is not allowed.
@@ -174,11 +174,11 @@ def travel(client: Mover, steps: int, *, quiet: bool) -> None:
 
 
 ClientAt = Callable[[typer.Context], AbstractContextManager[Client]]
-"""Opens the line that the options of a controller's group name."""
+"""A function that opens the line named by the options of a controller's group."""
 
 
 def add_read(app: typer.Typer, client_at: ClientAt[Any], summary: str) -> None:
-    """Add the command that prints a value by its name."""
+    """Add the command that prints a value by name."""
 
     @app.command(help=summary)
     def read(context: typer.Context, name: NameArgument) -> None:
@@ -217,11 +217,11 @@ def add_stop_and_clear(
 
 
 def add_write(app: typer.Typer, count: Callable[[Path], int], unwritten: str) -> None:
-    """Add the command that checks a stored program, and prints the reason for not writing it.
+    """Add the command that checks a stored program and prints why it does not write the program.
 
     Args:
         count: reads a program and returns the number of its instructions.
-        unwritten: the reason.
+        unwritten: the reason that is printed.
     """
 
     @app.command(help="Check a program; writing it into a controller is not documented.")
@@ -231,7 +231,7 @@ def add_write(app: typer.Typer, count: Callable[[Path], int], unwritten: str) ->
 
 
 def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) -> None:
-    """Find home with progress, and print the position; Ctrl-C stops the motor."""
+    """Find home, show progress, and print the position; Ctrl-C stops the motor."""
     with stopped_by_interrupt(client.stop) as look:
         with shown_travel(client.position, None, look, quiet=quiet) as progress:
             position = find(progress)
@@ -240,7 +240,7 @@ def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) 
 
 @contextmanager
 def reported_faults() -> Iterator[None]:
-    """Report an error of the user or a fault of the line, and end the command."""
+    """Report a user error or a line fault, and end the command."""
     with reported_mistakes():
         try:
             yield
@@ -252,10 +252,10 @@ def reported_faults() -> Iterator[None]:
 def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
     """Stop the motor on Ctrl-C and report it; yield a function that checks for Ctrl-C.
 
-    A running exchange is completed first, since a stop can only be sent on a silent line.
+    An exchange in progress is completed first, because a stop can be sent only on a silent line.
 
     Raises:
-        MonitoringLostError: the controller does not respond to the stop.
+        MonitoringLostError: the controller did not respond to the stop.
     """
     interrupt = Stop()
 
@@ -279,8 +279,8 @@ def shown_travel(
     """Show the progress of a motion on a terminal; yield a function that reports a position.
 
     Args:
-        target: expected end, steps; None if it is unknown.
-        on_position: called at every position, and once before the first position.
+        target: expected end position, steps; None if it is unknown.
+        on_position: function called at every position, and once before the first position.
     """
     on_position()
     columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")

@@ -1,4 +1,4 @@
-"""`scanrack device pcl601`: reads, sets and moves a real or simulated PCL601."""
+"""`scanrack device pcl601`: read, set and move a real or simulated PCL601."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ app.add_typer(programs, name="program")
 
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
-    """Open the line of the group's options; report a failure."""
+    """Open the line given by the group's options; report a failure."""
     link_place: LinkPlace
     link_place, rtu_over_tcp = context.obj
 

@@ -8,7 +8,7 @@ from scanrack.io_images.pcl601.program import CAPACITY_BYTES, Program, format_st
 
 
 def listing(program: Program) -> str:
-    """Return a program line by line: address, size in bytes, instruction."""
+    """Return a program line by line, with address, size in bytes and instruction."""
     addresses = accumulate((step.size for step in program.steps), initial=0)
     return "\n".join(
         f"{address:5}  {step.size:2}  {format_step(step)}"

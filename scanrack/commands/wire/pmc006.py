@@ -1,4 +1,4 @@
-"""`scanrack device pmc006`: reads, sets and moves a real or simulated PMC006x3s."""
+"""`scanrack device pmc006`: read, set and move a real or simulated PMC006x3s."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ app.add_typer(programs, name="program")
 
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
-    """Open the port of the group's options; report a failure."""
+    """Open the port given by the group's options; report a failure."""
     link_place: LinkPlace
     link_place, by_zero = context.obj
 
@@ -88,7 +88,7 @@ def _set_link(
 def status(context: typer.Context) -> None:
     """Show position, status registers, pins and parameters that can be read.
 
-    It only sends read instructions. With --by-zero before the command it also shows the speeds, the current
+    It sends only read instructions. With --by-zero before the command, it also shows the speeds, the current
     and the encoder counts.
     """
     with client_at(context) as client:
@@ -134,7 +134,7 @@ def set_parameter(
 
 @app.command()
 def save(context: typer.Context) -> None:
-    """Save the parameters to the EEPROM; its number of writes is limited."""
+    """Save the parameters to the EEPROM, which allows a limited number of writes."""
     with client_at(context) as client:
         client.save()
 

@@ -1,4 +1,4 @@
-"""`scanrack serve CONTROLLER`: a simulated controller on a port, in real time."""
+"""`scanrack serve CONTROLLER`: run a simulated controller on a port, in real time."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from .serve_options import ServedDevice, ServeOptions, check_options
 from .serve_remote import serve_remote
 
 LOOKED_EVERY_S = 0.01
-"""Longest time between two records of registers, or two checks of the control channel, s."""
+"""Longest time between two recordings of registers, or two checks of the control channel, s."""
 
 REFRESH_NS = 250_000_000
 """Time between two refreshes of the status, ns."""
@@ -59,7 +59,7 @@ MAKERS: dict[ServedDevice, Callable[[list[int], list[Path], float, list[str], fl
 
 
 def status_table(units: Sequence[ServedUnit]) -> Table:
-    """Return the state of the units, one row for each."""
+    """Return a table with the state of the units, one row each."""
     rows = [unit.status() for unit in units]
     table = Cells(*rows[0], box=None, pad_edge=False)
     for row in rows:
@@ -68,7 +68,7 @@ def status_table(units: Sequence[ServedUnit]) -> Table:
 
 
 class TypedInputs:
-    """Lines that are typed during the service; each sets an input."""
+    """Lines that are typed while serving, each of which sets an input."""
 
     def __init__(self, units: Sequence[ServedUnit]) -> None:
         self._units = units
@@ -96,7 +96,7 @@ class TypedInputs:
 
 
 def _line_at_terminal() -> str | None:
-    """Return a typed line, "" at the end; None without one, or if this process is in the background."""
+    """Return a typed line, or "" at the end of input; None without a line or in the background."""
     system: Any = os  # type checkers know these functions on POSIX only
     if system.tcgetpgrp(0) != system.getpgrp() or not select.select([0], [], [], 0)[0]:
         return None
@@ -104,13 +104,13 @@ def _line_at_terminal() -> str | None:
 
 
 class ConsoleLines:
-    """Lines typed at a console of Windows, which `select` does not support: a thread reads them."""
+    """Lines typed at a Windows console, which a thread reads because `select` does not support it."""
 
     def __init__(self) -> None:
         self._lines: SimpleQueue[str] | None = None
 
     def take(self) -> str | None:
-        """Return a typed line, "" at the end; None without one."""
+        """Return a typed line; "" at the end of input; None without a line."""
         if self._lines is None:
             self._lines = SimpleQueue()
             threading.Thread(target=self._read, args=(self._lines,), daemon=True).start()
@@ -128,11 +128,11 @@ class ConsoleLines:
 
 @contextmanager
 def recording(options: ServeOptions, units: Sequence[ServedUnit]) -> Iterator[LineRecorder | None]:
-    """Record the line and the units, with --record.
+    """Record the line and the units if --record is given.
 
     Raises:
-        OwnedError: it would replace an owned file.
-        OSError: it can't be written.
+        OwnedError: the recording would replace an owned file.
+        OSError: the recording can't be written.
     """
     path = options.record
     if path is None:
@@ -170,8 +170,8 @@ def _serve_command(
 ) -> None:
     """Simulate a device on a port, or a 3601 as remote I/O, until Ctrl-C.
 
-    The first line is the address of the device. On a terminal the command shows the state, and
-    NAME=STATE sets an input: ground, open, high, 2.5V at in1, or the positions at which a
+    The first line is the address of the device. On a terminal, the command shows the state, and NAME=STATE
+    sets an input: ground, open, high, 2.5V at in1, or the positions at which a
     switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
     Example: scanrack serve pcl601 --tcp 5020 --program program.pclt
@@ -219,7 +219,7 @@ def _serve_command(
 
 
 def _make_drives(options: ServeOptions, clock: Clock, memory: ControllerMemory | None) -> LineService:
-    """Make the drives of the options."""
+    """Make the drives that the options specify."""
     model = MODELS[options.controller]
     service = DriveService(model, clock, options.axes, options.machine or (), memory)
     for pin in options.pin or ():
@@ -228,7 +228,7 @@ def _make_drives(options: ServeOptions, clock: Clock, memory: ControllerMemory |
 
 
 def _make_line(options: ServeOptions, memory: ControllerMemory | None) -> LineService:
-    """Make the controllers of the options, on their line."""
+    """Make the controllers that the options specify, on their line."""
     usual_ms = PORT_GAP_MS if options.serial is None else SERIAL_GAP_MS
     gap = usual_ms if options.gap_ms is None else options.gap_ms
     addresses = addresses_in(options.address or []) or ([] if memory is None else memory.addresses)
@@ -254,7 +254,7 @@ def _make_line(options: ServeOptions, memory: ControllerMemory | None) -> LineSe
 
 
 class _Watchers(NamedTuple):
-    """The observers of the units during the service."""
+    """The observers of the units while they are served."""
 
     recorder: LineRecorder | None
     channel: ControlChannel | None
@@ -292,7 +292,7 @@ def _serve(
 
 
 def _record(units: Sequence[ServedUnit], clock: Clock, recorder: LineRecorder | None) -> None:
-    """Record the current state of the units, and write it to the file, so that it survives a kill."""
+    """Record the units' current state, and write it to the file so that a kill does not lose it."""
     if recorder is not None:
         recorder.draft()
         now_ns = clock.now_ns()

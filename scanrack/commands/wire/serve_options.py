@@ -197,5 +197,5 @@ class ServeOptions:
 
     @property
     def programs_in_use(self) -> dict[Path, str]:
-        """The stored programs, which no output may replace, each with its role."""
+        """The stored programs, each with its role; no output may replace them."""
         return dict.fromkeys(self.program or (), "a stored program")

@@ -1,4 +1,4 @@
-"""`scanrack serve amci3601 [RACK] --tcp PORT`: a 3601 as remote I/O of another PLC."""
+"""`scanrack serve amci3601 [RACK] --tcp PORT`: serve a 3601 as remote I/O of another PLC."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Bench:
         logic: the program; a ladder program runs under a debugger for tags, forces and `why`.
         listeners: returns further listeners of the rack, such as a recorder.
         watched: whether the rack's watchdog ends endless logic. Without it, a test can stay at a breakpoint
-            for any time.
+            for any length of time.
         load: reloads a Python program, so that `why` can name its lines.
         versions: stores the files of edits for the recording; None without files.
     """
@@ -176,7 +176,7 @@ class Bench:
         self.scan(-(-parse_duration(time) // self.cpu.period_ns))
 
     def run_until(self, condition: Condition, within: str = "10 s") -> None:
-        """Run until a condition is true; do nothing if it is true already.
+        """Run until a condition is true; do nothing if it is already true.
 
         Args:
             condition: a function of the bench, or the name of a tag or a bit.
@@ -228,11 +228,11 @@ class Bench:
     def edit(self, program: Any, restart: SequenceOf[str] = ()) -> Any:
         """Continue with an edited program from the next scan, see `Debugger.edit` and `edit_logic`.
 
-        Edit the program's file, and pass its rack file: `bench.edit("feeder.toml")`. The recording then has
-        the edited files, and `scanrack replay --into session` repeats the edit. A program that a test
-        creates, such as `read_program(path)` or an instance of a subclass of `Logic`, has no files. A rerun
-        then reports the missing files. The next scan is recorded with an event of kind "edit", which lists
-        new, changed and dropped tags or fields.
+        Edit the program's file, and pass its rack file: `bench.edit("feeder.toml")`. The recording then
+        contains the edited files, and `scanrack replay --into session` repeats the edit. A program that a
+        test creates, such as `read_program(path)` or an instance of a subclass of `Logic`, has no files. A
+        rerun then reports the missing files. The next scan is recorded with an event of kind "edit", which
+        lists new, changed and dropped tags or fields.
 
         Args:
             program: path of the rack file, whose program is loaded again; or a ladder program; or an instance
@@ -363,7 +363,7 @@ class Bench:
         return self._why().chain(tag, deep=deep)
 
     def suggest_inputs(self, tag: str, requested: str | None = None, scans: int = 10) -> Remedies:
-        """Return the smallest sets of inputs with which a ladder program's tag would get a value.
+        """Return the smallest sets of inputs that would give a ladder program's tag a certain value.
 
         Each set is tested on a copy of the program, which runs from the latest scan.
 
@@ -401,7 +401,7 @@ class Bench:
             self._settable.unforce(address)
 
     def _is_image(self, text: str) -> bool:
-        """Return whether a text is the address of a word or bit of an image."""
+        """Return whether a text is the address of an image word or bit."""
         try:
             self._address(text)
         except ValueError:
@@ -429,7 +429,7 @@ class Bench:
 
     @property
     def rules(self) -> SequenceOf[str]:
-        """Ids of the manual's rules that have fired, in order of time."""
+        """Ids of the manual's rules that have fired, in chronological order."""
         return [event.name for event in self.events if event.kind == "rule"]
 
     def __str__(self) -> str:

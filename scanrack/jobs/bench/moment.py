@@ -24,7 +24,7 @@ class NotReachedError(AssertionError):
 
 @dataclass(frozen=True, slots=True)
 class ScanChoice:
-    """The scan of a question, by one of three fields; without a field, the last scan.
+    """The scan that a question is about, set by one of three fields; by default, the last scan.
 
     Raises:
         ValueError: more than one field is set, or `at` is neither a time nor a number.

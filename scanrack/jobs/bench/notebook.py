@@ -1,4 +1,4 @@
-"""Shows a bench in a notebook: scan, module status, last events, and the rungs with their power."""
+"""Shows a bench in a notebook: scan, module status, last events, and the rungs with their power flow."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _slot(slot: SlotBench, names: ModuleWords) -> str:
 
 
 def _rungs(logic: Any) -> str:
-    """Return the first routine of a ladder program as HTML, with the power in the last scan."""
+    """Return the first routine of a ladder program as HTML, with the power flow in the last scan."""
     if not hasattr(logic, "truth"):
         return ""
     from scanrack.ladder.draw import captions_of, routines_svg

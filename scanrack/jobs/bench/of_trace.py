@@ -56,8 +56,9 @@ def why_of_trace(
     Args:
         trace: a trace; without its program, only its images explain a value.
         folder: folder into which to unpack the files of the trace.
-        trust: whether to run any Python in the trace; else only files that equal files in the current folder.
-        more: scans of a growing trace that are not yet written.
+        trust: whether to run any Python in the trace; if not, only files that are identical to files in the
+        current folder run.
+        more: scans of a growing trace that have not been written yet.
 
     Raises:
         ValueError: a file or an option is unusable, or a name is unknown.
@@ -87,8 +88,8 @@ def lines_of_trace(
 
     Args:
         scans: first and last scan.
-        latest: actions of an operator that may not be written yet, each as the scan before which it takes
-            effect, and its text.
+        latest: actions of an operator that may not have been written yet, each as its text and the scan
+            before which it takes effect.
     """
     from ..why.program_rerun import executed_lines
 
@@ -152,7 +153,7 @@ def _answer_from_ladder(
 
 
 def _without_images(question: Question, images: Why, debugger: Debugger) -> ScanChoice:
-    """Return the choice of a scan; replace a bit of an image by the number of the scan in which it comes on.
+    """Return the choice of a scan; replace an image bit with the number of the scan in which it turns on.
 
     Raises:
         ValueError: a tag is unknown; raised before the run.
@@ -169,7 +170,7 @@ def _without_images(question: Question, images: Why, debugger: Debugger) -> Scan
 
 
 def _row_of(bit: str, row: int | None) -> int:
-    """Return the row in which a bit comes on; raise NotReachedError for None."""
+    """Return the row in which a bit turns on; raise NotReachedError for None."""
     if row is None:
         raise NotReachedError(f"{bit} does not come on in the trace", [bit] if bit else [])
     return row

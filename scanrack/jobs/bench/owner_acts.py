@@ -1,4 +1,4 @@
-"""Finds an owner's actions that would have set a tag to another value in a recorded run.
+"""Finds an owner's actions that would have set a tag to a different value in a recorded run.
 
 The rack runs again up to the scan, with the recorded actions of the session. Then each action is tried on a
 copy, see `why.acts`.

@@ -40,7 +40,7 @@ class SlotBench:
 
     @property
     def moving(self) -> bool:
-        """Whether the axis moves in either direction, in the program's latest input image."""
+        """Whether the axis is moving in either direction, by the program's latest input image."""
         return bool(self.status.moving)
 
     @property
@@ -78,7 +78,7 @@ class SlotBench:
         """Set an analog input of a card until it is set again.
 
         Args:
-            value: V or mA for a channel with a range, else the raw number.
+            value: V or mA for a channel with a range; otherwise the raw number.
 
         Raises:
             ValueError: the input is unknown, or the value is illegal.
@@ -88,7 +88,7 @@ class SlotBench:
         self._device.set_value(name, value)
 
     def press(self, name: str, for_: str = "50 ms") -> None:
-        """Energize an input and run for a time; then release it.
+        """Energize an input, run for a time, and then release the input.
 
         Raises:
             ValueError: see `set_input`; or `for_` is not a time.
@@ -123,7 +123,7 @@ class SlotBench:
         self._announce(None if how is None else FaultKind(how), begins=how is not None)
 
     def _announce(self, fault: FaultKind | None, *, begins: bool) -> None:
-        """Record a test's action on the module with the next scan, like an incident of a rack file."""
+        """Record a test's action on the module with the next scan, like an incident in a rack file."""
         self._latest_fault = fault or self._latest_fault
         event = fault_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)

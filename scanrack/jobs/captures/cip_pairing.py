@@ -3,7 +3,7 @@
     frame, items -> message, also in Unconnected Send and batches -> read or write of Local:n:I or Local:n:O
 
 A message identifies a tag by its name, or by its number in the controller's list of tags. If a capture began
-after the list was read, tags with numbers stay unknown [1756-PM020].
+after the list was read, tags identified by number stay unknown [1756-PM020].
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class ImageExchange(PairedExchange):
         output: whether the words belong to `Local:n:O`; otherwise to `Local:n:I`.
         offset: offset of `data` in the eight words, bytes.
         data: the bytes that were read or written.
-        keep: mask of the bits that the message leaves unchanged; b"" = it changes all.
+        keep: mask of the bits that the message leaves unchanged; b"" if it changes all bits.
     """
 
     output: bool
@@ -80,8 +80,8 @@ class CipPairing(Pairing):
     """Pairs the messages of a TCP connection: a reply has the context or sequence number of its request.
 
     Attributes:
-        reads: number of reads of tags that are not modules' images.
-        unnamed: number of these reads by a tag number without a name in the capture.
+        reads: number of reads of tags other than module images.
+        unnamed: number of these reads that use a tag number whose name is not in the capture.
     """
 
     def __init__(self) -> None:
@@ -216,7 +216,7 @@ def _reply_parts(service: int, message: bytes) -> tuple[int, bytes]:
 
 
 def _batch_messages(batch: bytes) -> list[bytes]:
-    """Return the messages of a batch; none if offsets decrease, since bytes could repeat 16,000 times."""
+    """Return the messages of a batch; none if offsets decrease, as bytes could then repeat 16,000 times."""
     (count,) = struct.unpack_from("<H", batch)
     offsets: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
     if any(end < begin for begin, end in pairwise(offsets)):
@@ -242,7 +242,7 @@ def _change(image: ImagePlace, service: int, data: bytes, reply_data: bytes) -> 
 
 
 def _modify_change(image: ImagePlace, data: bytes) -> _Change | None:
-    """Return the change by a Read-Modify-Write, or None."""
+    """Return the change made by a Read-Modify-Write, or None."""
     (size,) = struct.unpack_from("<H", data)
     or_mask, and_mask = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
     if image.bit is not None or not size or len(and_mask) < size:

@@ -41,7 +41,7 @@ def pcl601_values(exchange: PairedExchange, words: dict[int, int]) -> Values:
 
 
 def _register_values(addresses: Iterable[int], words: Mapping[int, int]) -> Values:
-    """Return the values of the registers at some word addresses, by name."""
+    """Return the values of the registers at the given word addresses, by name."""
     values: Values = {}
     for address in addresses:
         row, high = WORDS[address]

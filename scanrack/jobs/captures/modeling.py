@@ -4,10 +4,10 @@
     early model     x acts, is read    x is read
     late model      x is read          x acts, is read
 
-The real controller acts at some instant between request and reply. So there are two models: one acts as early
-as possible, the other as late as possible. A real value between the lowest and the highest value that they
-show at both ends of the window is explained, and the model's value is set to it. Otherwise the model's value
-is the nearest value that they show.
+The real controller acts at some instant between request and reply. There are therefore two models: one acts
+as early as possible, the other as late as possible. A real value is explained if it lies between the lowest
+and the highest value that the models show at both ends of the window. The model's value is then set to it.
+Otherwise the model's value is the nearest value that the models show.
 """
 
 from __future__ import annotations

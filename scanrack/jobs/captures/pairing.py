@@ -48,7 +48,7 @@ class Pairing(Protocol):
 
         Args:
             to_device: whether the bytes go to the controller.
-            fresh: whether bytes before them are missing.
+            fresh: whether bytes before these are missing.
         """
 
     def finish(self) -> Iterator[PairedExchange]:
@@ -61,7 +61,7 @@ class Pairing(Protocol):
 
 
 def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
-    """Return a Modbus request and its reply; None if it was refused, or if one of them can't be decoded."""
+    """Return a Modbus request and its reply; None if the request was refused or either can't be decoded."""
     request, reply = REQUESTS.decode(exchange.request), ANSWERS.decode(exchange.reply or b"")
     return None if request is None or reply is None or mismatch(request, reply) else (request, reply)
 

@@ -182,7 +182,7 @@ def _read_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
 
 
 def _lines(file: BinaryIO) -> Iterator[str]:
-    """Yield the lines of a text. The parts of a line that is too long are not frames."""
+    """Yield the lines of a text. A line that is too long is split into parts that are not frames."""
     while line := file.readline(LINE_MAX + 1):
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 

@@ -4,8 +4,9 @@
     0.027 < 01 03 4c 00 00 ...
     12:00:01.250 TX: a5 01 70 00 00 00 00 16
 
-`>`, `->`, TX, sent or request go to the controller; `<`, `<-`, RX, received or reply come from it. Lines in
-any other form are skipped and counted. A time is in seconds, or in hours, minutes and seconds.
+`>`, `->`, TX, sent and request mark bytes to the controller; `<`, `<-`, RX, received and reply mark bytes
+from it. Lines in any other form are skipped and counted. A time is in seconds, or in hours, minutes and
+seconds.
 """
 
 from __future__ import annotations

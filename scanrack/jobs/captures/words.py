@@ -1,7 +1,7 @@
 """Traces of a 3601 as remote I/O, made from a PLC's reads and writes over Modbus TCP (`remote_words`).
 
-A scan is a read of input words with the writes of output words until the next read. A write before the first
-read belongs to the first scan.
+A scan is a read of input words and the writes of output words that follow, up to the next read. A write
+before the first read belongs to the first scan.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
 """Values of the fact `words` in traces whose scans are a client's reads: in one packet, or in several."""
 
 CAPTURED_AT = "captured_at"
-"""Name of the fact with the date and time of a trace's beginning, by the capture's clock."""
+"""Name of the fact that states when a trace begins, as date and time of the capture's clock."""
 
 _YEAR_2000_NS = 946_684_800 * 10**9
 

@@ -12,7 +12,7 @@ from ..load.program import load_program
 
 
 def load_any(file: str) -> tuple[LoadedRack, bool]:
-    """Load a rack with its program, or only a ladder program; ValueError if the file can't be used.
+    """Load a rack with its program, or only a ladder program; raise ValueError if the file is unusable.
 
     Returns:
         the loaded rack, and whether the program has no rack file. An export supplies its own slots and stubs.

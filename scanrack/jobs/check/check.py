@@ -89,10 +89,10 @@ def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> 
 
 
 def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = None) -> CheckReport:
-    """Check a rack and its program without running it; LadderError if the ladder program can't be built.
+    """Check a rack and its program statically; raise LadderError if the program can't be built.
 
     Args:
-        alone: check the program without a rack. Rules about wiring do not apply then.
+        alone: check the program without a rack. Rules about wiring then do not apply.
         prover: yields verdicts on rungs and tags. The report marks proved findings and omits refuted ones.
     """
     facts = facts_of(job)

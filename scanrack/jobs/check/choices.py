@@ -20,7 +20,7 @@ class Choices(NamedTuple):
     names: tuple[str, ...] = ()
 
     def at(self, index: int) -> Any:
-        """Return an option by its index; a single option has every index."""
+        """Return an option by its index; a single option is returned for every index."""
         return self.options[index if len(self.options) > 1 else 0]
 
 

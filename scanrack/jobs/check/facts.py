@@ -64,7 +64,7 @@ class Variable:
         name: the name in the user's spelling.
         place: the line of its declaration.
         type: such as "BOOL", "DINT", "TIMER".
-        set: whether its declaration gives it a value.
+        set: whether its declaration sets an initial value.
         shown: whether people read or write it: it is recorded, or its name says so.
     """
 
@@ -77,7 +77,7 @@ class Variable:
 
 
 class Touch(Enum):
-    """The way in which an instruction or statement uses a variable."""
+    """How an instruction or statement uses a variable."""
 
     READ = auto()
     COIL = auto()  # writes its condition to a bit
@@ -122,7 +122,7 @@ class Access:
 
     @property
     def task(self) -> bool:
-        """Whether a task of a ladder program owns the access, not a sequence."""
+        """Whether a task of a ladder program, rather than a sequence, owns the access."""
         return self.unit.startswith("\\")
 
     @property
@@ -157,7 +157,8 @@ class Command:
         starts: the condition of that bit, as text; "" if it contains anything but bits and steps.
         on: the condition of the block's Execute; UNKNOWN if it is unknown.
         implies: what is true whenever Execute is on, including the conditions of coils.
-        segments: length, speed and rate of each blend segment, as far as known; None for other commands.
+        segments: length, speed and rate of each blend segment, as far as they are known; None for other
+            commands.
     """
 
     kind: str
@@ -195,7 +196,7 @@ class StepAction:
         ends: whether its condition shows that a motion has ended or that time has passed.
         moves: whether its condition requires a moving axis.
         axis: the axis that it commands; "" if there is none.
-        kind: the command, as in `Command`; "" for a write that gives no command.
+        kind: the command, as in `Command`; "" for a write that sends no command.
         text: the command in words.
         sets: command word bits that it sets; 0 for a block.
         clears: command word bits that it clears.
@@ -226,7 +227,7 @@ class StepUse(NamedTuple):
     Attributes:
         tested: whether anything tests for this step.
         works: whether anything in the step depends on conditions other than the step.
-        chosen: whether a CASE or a Python statement tests for the step, not a comparison in a rung.
+        chosen: whether a CASE or a Python statement, rather than a comparison in a rung, tests for the step.
     """
 
     tested: bool = False
@@ -263,7 +264,7 @@ class Facts:
         remarks: mistakes that a single line shows, by rule.
         variables: the variables, by key.
         computed: slots whose output words the program computes.
-        escaped: axes that are passed to code which the reader does not follow.
+        escaped: axes that are passed to code that the reader does not follow.
         actions: actions of the program in its steps.
         first_steps: returns the steps in which a machine may start.
         step_use: returns how the program uses a step of a machine; None if that is unknown.

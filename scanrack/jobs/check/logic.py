@@ -77,7 +77,7 @@ class AllOf:
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
-    """Parts of which at least one is true."""
+    """Parts, at least one of which is true."""
 
     parts: tuple[Condition, ...]
 
@@ -286,7 +286,7 @@ def is_impossible(term: Term) -> bool:
 
 
 def _done_bit(name: str) -> str:
-    """Return the name of the DN bit that excludes a TT bit, see `ON_DELAY`; "" for another bit."""
+    """Return the name of the DN bit that excludes a TT bit, see `ON_DELAY`; "" for any other bit."""
     return name.replace(".TT#", ".DN#") if ".TT#" in name and name.endswith(ON_DELAY) else ""
 
 

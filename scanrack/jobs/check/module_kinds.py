@@ -69,7 +69,7 @@ def kinds_of(word: int) -> list[str]:
 
 
 def bits_of(kind: str) -> int:
-    """Return the bits of output word 0 that give a command, in either direction; 0 for other commands."""
+    """Return the bits of output word 0 that send a command, in either direction; 0 for other commands."""
     return sum(bit for bit, name in KINDS.items() if name == kind)
 
 

@@ -1,4 +1,4 @@
-"""Finds output words that a 3601 refuses in any state, by the module's own table of refusals.
+"""Finds output words that a 3601 refuses in any state, using the module's own table of refusals.
 
 Each word that the program text does not determine is tried with several values. A rule counts as broken only
 if every value breaks it.
@@ -45,7 +45,7 @@ LAST_WORD: dict[str, Sequence[int]] = {
     "REG-10": (0, 4, 5, 6, 7),
     "RST-02": (1,),
 }
-"""Rules that words can break at rest, each with the words that may break it.
+"""Rules that can be broken at rest, each with the words that may break it.
 
 The other rules depend on the module's state.
 """
@@ -63,7 +63,7 @@ REMEDIES = {
     "CMD-29": "configure the encoder",
     "ENC-05": "configure the encoder",
 }
-"""Remedies for rules whose own text names none."""
+"""Remedies for rules whose own text does not name one."""
 
 _TRIALS = ((0, 0, 0, 0, 0, 0, 0, 0), (0, 0, 0, 1, 100, 0, 1, 1), (0, 0, 8000, 999, 999, 999, 2000, 2000))
 """Values that are tried for unknown words."""
@@ -87,7 +87,7 @@ ANY_CONFIGURATION = Configuration(inputs_used=0x3F, quadrature_encoder=True, sta
 def broken(
     words: Sequence[int | None], configuration: Configuration | None, firmware: Firmware, profile: Profile
 ) -> tuple[Breach, ...]:
-    """Return the rules that words break at rest.
+    """Return the rules that the words break at rest.
 
     Args:
         words: the eight signed words, with None for an unknown word. Word 0 must be known.
@@ -157,7 +157,7 @@ def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
 
 
 def _word_at_fault(rule: str, words: Sequence[int | None], profile: Profile) -> int:
-    """Return the word that breaks a rule: the first illegal word for CMD-04, else the first word set."""
+    """Return the word that breaks a rule: the first illegal word for CMD-04, else the first nonzero one."""
     if rule != "CMD-04":
         candidates = LAST_WORD.get(rule, (0,))
         return next((word for word in candidates if words[word]), candidates[0])

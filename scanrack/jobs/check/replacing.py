@@ -1,4 +1,4 @@
-"""Finds what to change in a 3601 program for a networked drive: words that have another meaning there.
+"""Finds what to change in a 3601 program for a networked drive: words that have a different meaning there.
 
 Motion blocks and axis methods are not reported: they write the right words for the module in their slot.
 """

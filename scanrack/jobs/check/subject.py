@@ -1,4 +1,4 @@
-"""The input of the rules: a rack, the facts of its program, and line numbers in the rack file."""
+"""What the rules read: a rack, the facts of its program, and line numbers in the rack file."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Subject:
         return to_slot or [command for command in sent if command.slot is None]
 
     def configurations(self, slot: int | None) -> list[Configuration]:
-        """Return the valid configurations that a slot may get."""
+        """Return the valid configurations that a slot may receive."""
         if slot not in self._configurations:
             commands = self.sent_to(slot, self.facts.configurations)
             if slot is None and not commands:
@@ -71,7 +71,7 @@ class Subject:
 
     @cached_property
     def images(self) -> list[SentImage]:
-        """The output images that give commands."""
+        """The output images that send commands."""
         return list(sent_images(self.facts.writes, self.facts.actions))
 
     @cached_property

@@ -47,7 +47,7 @@ class Suppressions:
 def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
     """Yield each rung's line with the rules that its comment suppresses.
 
-    In an export, the comment is on another line than the rung.
+    In an export, the comment is not on the same line as the rung.
     """
     if not isinstance(job.logic, LadderLogic):
         return

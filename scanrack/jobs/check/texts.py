@@ -6,8 +6,8 @@
     line.toml             read, and checked with its program
     line.py               compiled; checked with its rack if it may be run
 
-A check of a Python program imports its module, which runs code. Without permission no Python runs at all: not
-the file, the program of a rack file, a stub, or anything that a neighboring rack names.
+A check of a Python program imports its module, which runs code. Without permission, no Python runs at all:
+neither the file, nor the program of a rack file, nor a stub, nor anything that a neighboring rack names.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ CHECKED = (RACK, PYTHON, SUFFIX, STRUCTURED_SUFFIX, STEPS_SUFFIX)
 
 @dataclass(frozen=True, slots=True)
 class LineRemark:
-    """A problem in a line."""
+    """A problem on a line."""
 
     file: str
     line: int  # from 1
@@ -122,7 +122,7 @@ def _is_rack(file: Path) -> bool:
 
 
 def _may_load(rack: Path, *, run_python: bool) -> bool:
-    """Whether a rack may be loaded with its program; RackFileError if the file can't be read."""
+    """Whether a rack may be loaded with its program; raise RackFileError if the file can't be read."""
     spec = load_rack_file(rack).spec
     return run_python or not runs_python(spec)
 

@@ -7,7 +7,8 @@ that send commands, with the value of each word as far as the text determines it
     EQU(Step,20)OTL(O.Data[0].0)                      step 20: the words of step 10, and ABSOLUTE_MOVE
 
 A word is unknown after a step if only some scans of the step write it. It is unknown in a step if two paths
-to the step give it different values. A command bit stays on once a write sets it, until a write may clear it.
+to the step give it different values. Once a write sets a command bit, the bit stays on until a write may
+clear it.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class SentImage:
 
 
 def _option(value: Choices, source: str, row: int) -> int | None:
-    """Return the value of a word for a row of a source; None if the word is unknown or has another source."""
+    """Return the value of a word for a row of a source; None if it is unknown or has a different source."""
     options: tuple[int, ...] = value.options
     if len(options) == 1:
         return options[0]

@@ -19,7 +19,7 @@ Step = float | str
 
 
 class FileLine(NamedTuple):
-    """A line of a file, from 1."""
+    """A line of a file, numbered from 1."""
 
     file: str
     line: int
@@ -75,7 +75,7 @@ class WordWrite:
 
     @property
     def options(self) -> tuple[int, ...]:
-        """The values that the word may get; for bits, the bits that are set."""
+        """The values that the word may receive; for bits, the bits that are set."""
         return (self.sets,) if self.value is None else self.value.options
 
     def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:

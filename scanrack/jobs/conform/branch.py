@@ -25,10 +25,10 @@ CALM_SAMPLE_NS = 1_000_000
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 KEPT = (COMPLETION_BITS | ERROR_BITS).value & 0x1FFF
-"""Status bits that may remain set after a configuration, by reading A-102."""
+"""Status bits that may remain set after a configuration, according to reading A-102."""
 
 FINER = 1_000_000
-"""Travels count as equal if they differ by less than this fraction of a step. Plans round far more finely."""
+"""Travels count as equal if they differ by less than 1/FINER of a step. Plans round far more finely."""
 
 _OWNERS = ("host", "axis", "state", "started_ns")
 """Attributes of an operation that do not count as its state: its owners, and when it began."""
@@ -42,7 +42,7 @@ class Branch:
     Attributes:
         instants: the instants at which the sent moments act, in order, ns.
         fired: rules that have fired.
-        play: position uncertainty in steps, because words acted between two tried instants.
+        play: position uncertainty in steps that arises when words act between two tried instants.
     """
 
     __slots__ = ("_model", "_outputs", "_samples", "fired", "instants", "now_ns", "play")

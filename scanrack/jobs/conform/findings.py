@@ -47,8 +47,8 @@ class SceneVerdict:
         reads: number of reads that were judged.
         hypotheses: largest number of hypotheses at a time.
         why: the reason if the verdict is open.
-        readings: readings of which a rival explains the scene.
-        rules: rules without which a module explains the scene.
+        readings: readings for which a rival explains the scene.
+        rules: rules for which a module without the rule explains the scene.
         scales: factors with which a module explains the scene.
     """
 

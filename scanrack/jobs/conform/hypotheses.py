@@ -2,7 +2,7 @@
 
     write   acts at an instant in its window, or within the lag after it: one hypothesis per `GRID_NS`
     read    shows the model's words at an instant in its window, or within the lag before it. Each pair of
-            words may be from another instant, but both words of a pair are from the same instant.
+            words may be from a different instant, but both words of a pair are from the same instant.
 
 Words that act while the axis moves make its position uncertain by the steps between two tried instants,
 until it is read at rest.
@@ -24,7 +24,7 @@ from .branch import GRID_NS, MODE_CONFIG, SAMPLE_NS, Branch
 from .moments import ImageWords, KnownState, Moment, SeenImage, Timing, Transmission, Window
 
 MOST = 4000
-"""Number of hypotheses at a time above which a scene is given up."""
+"""Number of simultaneous hypotheses above which the search gives up on a scene."""
 
 MERGE_READS = 10
 """Number of reads after which branches are compared."""
@@ -52,7 +52,8 @@ class Search:
         many: number of hypotheses at which the search gave up; 0 if it did not.
         overlapping: whether no choice of instants keeps the order in which the words were sent.
         moving: number of transmissions since the axis was last at rest.
-        instants: the instants of the hypothesis of `shown`, or of a hypothesis that explains all reads.
+        instants: the instants of the hypothesis that `shown` comes from, or of a hypothesis that explains all
+        reads.
         fired_anywhere: rules that fired in any hypothesis that explains all reads, or all reads before the
             unexplained read.
     """
@@ -97,7 +98,7 @@ def search(
 
     Args:
         model: returns a model that was just powered up.
-        most: number of hypotheses at a time above which the search gives up.
+        most: number of simultaneous hypotheses above which the search gives up.
         fixed_instants: instants at which the transmissions act; None to search for them.
     """
     result = Search()
@@ -137,7 +138,7 @@ class _Start(NamedTuple):
     Attributes:
         turn: number of the first turn with reads that are judged.
         known_ns: reads are judged from this instant on, ns.
-        is_whole: whether the state is known completely, including what no configuration resets.
+        is_whole: whether the state is completely known, including values that no configuration resets.
     """
 
     branch: Branch
@@ -195,7 +196,7 @@ def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage
 def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
     """Adopt the encoder count and captured value of the first read in command mode in all branches.
 
-    Return whether there is such a read.
+    Return whether any read is in command mode.
     """
     for read in waiting:
         if read.words[0] & MODE_CONFIG == 0:

@@ -131,7 +131,7 @@ def _row(moment: Moment) -> list[Any]:
 
 
 def from_rows(rows: Sequence[Any]) -> list[Moment]:
-    """Return the moments of rows.
+    """Return the moments in rows.
 
     Raises:
         ValueError: a row is not a moment; the message has its number.

@@ -46,7 +46,7 @@ def save_report(path: Path, recorded: PlayedPlan, result: ConformResult, used: U
         name: name of the result file; "" if none is written.
 
     Raises:
-        OwnedError: the page would replace a file of another kind, or one in use.
+        OwnedError: the page would replace a file of a different kind, or a file that is in use.
         OSError: the file can't be written.
     """
     title = "AMCI 3601 against its manual"

@@ -81,7 +81,7 @@ class SceneStep:
     Attributes:
         step: the step with the words; None for inputs.
         inputs: mask of the energized inputs.
-        for_ns: time for which the inputs stay, ns.
+        for_ns: time for which the inputs stay in effect, ns.
     """
 
     step: Step | None

@@ -25,7 +25,7 @@ RESET, STOP = CommandMsw.RESET_ERRORS.value, CommandMsw.IMMEDIATE_STOP.value
 
 
 class ModulePath(Protocol):
-    """The path to a module. All windows use one clock, which never goes back."""
+    """The path to a module. All windows use one clock, which never goes backward."""
 
     def now_ns(self) -> int:
         """Return the time of the clock that measures waits, ns."""
@@ -118,7 +118,7 @@ class _Player:
         """Read images until a condition is true, or note that the step took too long.
 
         Args:
-            is_over: the condition on an image and the time since now, ns.
+            is_over: the condition, given an image and the time since the call, ns.
         """
         begin_ns = self._path.now_ns()
         kept: SeenImage | None = None  # the last read that was kept

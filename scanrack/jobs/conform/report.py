@@ -22,7 +22,7 @@ from .rules_apart.scales import FittedScale, either
 FORMAT = "scanrack conform 1"
 
 MOST_SCENES = 40
-"""Number of scenes above which scenes that are as the manual are only counted."""
+"""Number of scenes above which scenes that agree with the manual are only counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +194,7 @@ _EQUIPMENT = {
     "inputs": "wire inputs and use --wire",
     "encoder": "connect an encoder that does not turn, and use --encoder",
 }
-"""By need of a scene: the equipment and the option."""
+"""Equipment and option for each need of a scene."""
 
 
 def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:

@@ -45,7 +45,7 @@ class Judge:
     Args:
         firmware: firmware of the module.
         timing: the times of the path.
-        most: number of hypotheses at a time above which a scene stays open.
+        most: number of simultaneous hypotheses above which a scene stays open.
 
     Attributes:
         result: the verdicts so far.
@@ -78,7 +78,7 @@ class Judge:
         return verdict
 
     def _note_fired(self, verdict: SceneVerdict, result: Search) -> None:
-        """Note that rules fired which no scene has settled yet."""
+        """Note the rules that fired and that no scene has settled yet."""
         for rule in result.fired_anywhere:
             finding = self.result.rules.get(rule)
             if finding is not None and finding.verdict is ConformVerdict.NOT_IN_PLAN:
@@ -148,7 +148,7 @@ class Judge:
     # -- scenes that differ -------------------------------------------------------------------
 
     def _explain(self, played: PlayedScene, verdict: SceneVerdict, result: Search) -> None:
-        """Note the rival readings that explain a scene; if there are none, rules, and then scales."""
+        """Note the rival readings that explain a scene; if there are none, the rules or else the scales."""
         evidence = _SceneEvidence(played, result, _differing(result))
         for number, rivals in RIVALS.items():
             for rival in rivals:

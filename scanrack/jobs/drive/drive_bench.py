@@ -26,7 +26,7 @@ Level = Literal["on", "off"] | SwitchRange
 
 
 class DriveEnv(Strict):
-    """New levels of an axis' inputs, and new conditions; None = unchanged."""
+    """New levels of an axis's inputs, and new conditions; None = unchanged."""
 
     in1: Level | None = None
     in2: Level | None = None
@@ -131,7 +131,7 @@ INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
 
 
 def _frame(text: str) -> bytes:
-    """Return the frame in a request, b"" if a drive ignores its bytes; RequestError for illegal text."""
+    """Return a request's frame, b"" if a drive ignores its bytes; raise RequestError for illegal text."""
     try:
         frames, surplus = split_frames(bytes_of(text))
     except NotModbusError:

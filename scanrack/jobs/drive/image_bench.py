@@ -30,7 +30,7 @@ class BenchModule(Module, Protocol):
     machine: Machine
 
     def look_again(self) -> None:
-        """Make the module read its inputs at the next tick; called after a change of an input."""
+        """Make the module read its inputs at the next tick; called after an input changes."""
 
 
 class ImageBench:
@@ -119,7 +119,7 @@ class ImageBench:
         self.module.look_again()
 
     def _run(self, scans: int, until: Until | None, changes: list[list[Any]] | None) -> bool:
-        """Run up to `scans` exchange periods; return whether the status bits became as in `until`.
+        """Run up to `scans` exchange periods; return whether the status bits match `until`.
 
         Args:
             changes: receives the time and contents of each changed input image; None = they are not needed.

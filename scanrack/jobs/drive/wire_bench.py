@@ -35,7 +35,7 @@ MARKED = "position_minus_mark:"
 class WireTarget(Generic[Env]):
     """A controller on the bench.
 
-    The bench advances the device to the current time before it calls one of the functions.
+    The bench advances the device to the current time before it calls any of the functions.
     """
 
     device: ControllerDevice

@@ -92,7 +92,7 @@ def first_run(
     scans: int = SCANS,
     start: ExportStart = DOWNLOADED,
 ) -> FirstRun:
-    """Run an export on a rack of its own; return the report.
+    """Run an export on its own rack; return the report.
 
     Args:
         imported: the export, already imported for a trial.
@@ -150,7 +150,7 @@ class _Inputs:
         return self._engine.interpreter.get(place)
 
     def note_changes(self) -> None:
-        """Drop the inputs that have another value than at the beginning."""
+        """Drop the inputs whose values differ from their initial values."""
         self._unchanged = {
             name: place
             for name, place in self._unchanged.items()

@@ -1,4 +1,4 @@
-"""Finds the conditions a program waits for: where the power in a rung ends after the last scan.
+"""Finds the conditions a program waits for: where the power flow in a rung ends after the last scan.
 
     XIC(Auto) ==== EQU(Step,20) ==== XIC(PartThere) ---- OTE(Clamp)     it waits for XIC(PartThere)
 
@@ -19,7 +19,7 @@ from scanrack.ladder.state.lowered import LoweredLine, LoweredRoutine, LoweredSt
 from scanrack.ladder.state.memory import Value
 
 SHOWN = 3
-"""Maximum number of conditions that are shown, and of lines of each explanation."""
+"""Maximum number of conditions that are shown, and of lines in each explanation."""
 
 HEADS = frozenset({"IF", "ELSIF", "WHILE"})
 """Instructions of structured text with a condition."""
@@ -27,7 +27,7 @@ HEADS = frozenset({"IF", "ELSIF", "WHILE"})
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A condition that stops the power."""
+    """A condition that stops the power flow."""
 
     routine: str
     rung: int
@@ -48,7 +48,7 @@ class Condition:
 
 
 def conditions(debugger: Debugger) -> list[Condition]:
-    """Return the first conditions that are false after the last scan, each of another tag."""
+    """Return the first conditions that are false after the last scan, each of a different tag."""
     by_tag: dict[str, Condition] = {}
     for blocked in sorted(_blocked(debugger), key=lambda blocked: not blocked.is_reached):
         condition = _condition(debugger, blocked)

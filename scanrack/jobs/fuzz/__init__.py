@@ -12,7 +12,7 @@
         "at most 5 s from emergency stop to zero speed"
         return not now.slot[1].moving
 
-A search runs random scenarios one after the other, each on a new rack with a new logic. Module `shrink`
+A search runs random scenarios one after another, each on a new rack with new logic. Module `shrink`
 reduces a scenario that breaks an invariant.
 """
 

@@ -18,7 +18,7 @@ STATE_NAME = "state.json"
 """Name of the campaign's state file."""
 
 NAME = ".lock"
-"""Name of the lock file. It stays after the campaign, unlocked."""
+"""Name of the lock file. It remains, unlocked, after the campaign."""
 
 
 @contextmanager

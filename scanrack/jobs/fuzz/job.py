@@ -45,7 +45,7 @@ from .scenarios.rackdoc import rack_text
 from .scenarios.tearing import Rung, reading_rungs
 
 RESERVE = 100
-"""Number of recorded scans after a failure."""
+"""Number of scans recorded after a failure."""
 
 AROUND_NS = 200_000_000
 """Time before and after the failure in the initial view of the chart, ns."""

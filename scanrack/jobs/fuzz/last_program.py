@@ -12,7 +12,7 @@ Facts = TypeVar("Facts")
 
 
 def remember_last(compute: Callable[[LoweredProgram], Facts]) -> Callable[[LoweredProgram], Facts]:
-    """Return a function that computes its result again only for another program than the last one."""
+    """Return a function that recomputes its result only if the program differs from the last one."""
     last_programs: list[LoweredProgram] = []  # at most one, with its facts in `last_facts`
     last_facts: list[Facts] = []
 

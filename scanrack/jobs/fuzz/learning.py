@@ -48,8 +48,8 @@ def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """Return the stimuli of a recording or a `watch` session as a scenario for any rack.
 
-    The files in the trace are not used, so the trace need not be trusted. The scenario is without the
-    incidents of the rack file.
+    The files in the trace are not used, so the trace need not be trusted. The scenario does not include the
+    incidents in the rack file.
 
     Raises:
         ValueError: the trace can't be read, or its events do not fit the rack.
@@ -72,8 +72,8 @@ def _scenario_in(trace: Trace, recording: PackedTrace, spec: RackSpec) -> Scenar
 def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
     """Extract the rack file and program of a trace, and a scenario with its stimuli.
 
-    A controller on a real port becomes simulated. Its inputs change at the recorded changes of their status
-    bits. The files of the trace, `NAME-recorded.toml` and `scenario.json` are written to the folder.
+    A controller on a real port is replaced by a simulated one. Its inputs change when their recorded status
+    bits change. The files of the trace, `NAME-recorded.toml` and `scenario.json` are written to the folder.
 
     Raises:
         ValueError: the trace can't be read, or has no TOML rack file.
@@ -96,8 +96,8 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
 def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
     """Return the scenario of a recording.
 
-    Signals of stations are left out, since the machine produces them again. Injected faults are those of the
-    rack file, which has their exact values.
+    Signals of stations are left out, since the machine produces them again. Injected faults are taken from
+    the rack file, which has their exact values.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
     station_inputs = {(slot.number, station.input) for slot in spec.slot for station in slot.machine.stations}

@@ -7,8 +7,9 @@
     threading.Thread.start                        threads
     os.environ, os.getpid, open, id, hash         state of the process
 
-A profile function records the calls while the program is loaded and called. It records only executed code,
-and not the order of a set. It can explain a difference between two runs, but it can't rule out a difference.
+A profile function records the calls while the program is loaded and called. It covers only code that is
+executed, and does not detect the effect of a set's order. It can explain a difference between two runs, but
+it can't rule out a difference.
 """
 
 from __future__ import annotations
@@ -176,4 +177,4 @@ def _module_source(module: str, name: str) -> str | None:
 
 
 MODULE_GENERATOR: Random = random.random.__self__  # type: ignore[attr-defined]
-"""The generator that all users of module `random` share."""
+"""The generator that all users of the module `random` share."""

@@ -81,7 +81,7 @@ class ProgramClocks:
 
 @remember_last
 def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
-    """Return the clocks of a program; None if it also reads the time without timers, or calls Python."""
+    """Return the clocks of a program; None if it also reads the time by other means, or calls Python."""
     schedule = lowered.schedule
     if lowered.functions or lowered.opening or lowered.closing or not all(map(_is_even, _steps(lowered))):
         return None
@@ -156,7 +156,7 @@ def _is_written_once(leaf: Leaf, writes_by_path: dict[str, int]) -> bool:
 
 
 def _is_within(path: str, outer_path: str) -> bool:
-    """Return whether a path is a path or one of its members."""
+    """Return whether a path is the outer path or one of its members."""
     return path == outer_path or path.startswith(f"{outer_path}.")
 
 

@@ -89,7 +89,8 @@ class _Notes(NamedTuple):
 
     Attributes:
         counts: largest number of instructions that passed power, by index of the note.
-        powered: indices of the instructions that passed power, by index of a line with a note for each.
+        powered: indices of the instructions that passed power, by index of a line with a note for each
+            instruction.
     """
 
     counts: dict[int, int]

@@ -31,7 +31,7 @@ LEAST = 3
 """Minimum number of scans to skip."""
 
 SameUntil = Callable[[bool], int]
-"""Returns the instant until which all invariants have the same result, ns. Argument: whether timers count."""
+"""Returns the instant before which no invariant's result changes, ns. Argument: whether timers count."""
 
 
 class Clock(NamedTuple):
@@ -45,8 +45,8 @@ class RepeatedScans:
     """Finds the scans of one run that repeat the previous one, as a `runtime.loop.scans_ahead.RepeatFinder`.
 
     Args:
-        period_ns: time from scan to scan, ns. It is whole milliseconds, so a running timer counts in each
-            scan.
+        period_ns: time from scan to scan, ns. It is a whole number of milliseconds, so a running timer counts
+            in each scan.
         stops: numbers of scans that must run, in ascending order.
         same_until_ns: see `SameUntil`.
     """
@@ -118,7 +118,7 @@ class RepeatedScans:
         self._saved_memory, self._saved_clocks = self._memory_without_clocks(), self._read_clocks()
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many of the next scans repeat the latest scan, and advance the clocks by them.
+        """Return how many of the next scans repeat the latest scan, and advance the clocks accordingly.
 
         Args:
             scan: number of the next scan.
@@ -171,7 +171,7 @@ class RepeatedScans:
 
 
 def stops_of(instants_ns: Iterable[int], period_ns: int) -> list[int]:
-    """Return the numbers of the scans around instants. These scans must run.
+    """Return the numbers of the scans around the instants. These scans must run.
 
     >>> stops_of([4_000_000, 6_000_000], 2_000_000)
     [1, 2, 3, 4]

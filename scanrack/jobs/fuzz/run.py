@@ -117,7 +117,7 @@ TIMED = 16
 
 
 class _TimedLogic(LogicWrapper):
-    """Measures the time that a logic takes."""
+    """Measures the time that the logic takes."""
 
     def __init__(self, logic: ScanLogic) -> None:
         super().__init__(logic)
@@ -168,7 +168,7 @@ class _Watcher(QuietListener):
         known: keys of failures to ignore. They do not end the run.
         place: returns the cause of a failure if no rule has fired.
         sequences: the sequences of the program.
-        rules: number of firings of each rule so far.
+        rules: number of times each rule has fired so far.
         broken: the failure that stopped the CPU.
         spent_ns: estimated time of the checks so far, ns.
     """
@@ -196,7 +196,7 @@ class _Watcher(QuietListener):
                 self._fired.setdefault(scan, []).append(name)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Check every invariant if the scan was finished."""
+        """Check every invariant if the scan was completed."""
         if flags & FAULT:
             self._waits_at_fault = self._wait_sentences(scan)  # before the CPU closes the sequences
             return
@@ -228,7 +228,7 @@ class _Watcher(QuietListener):
         return True
 
     def _refusing_rule(self, scan: int) -> str:
-        """Return the first fired rule by which a module refused a command in a scan; empty without one."""
+        """Return the first rule by which a module refused a command in a scan; empty if there is none."""
         refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
         for rule in self._fired.get(scan, ()):
             if any(rule in slot_refusals for slot_refusals in refusals):
@@ -240,7 +240,7 @@ class _Watcher(QuietListener):
         return any(getattr(watched.watch, "waiting", False) for watched in self.watched)
 
     def same_until_ns(self, counting: bool) -> int:
-        """Return the instant until which every invariant has the same result, see `Watch`; 0 if unknown."""
+        """Return the instant before which no invariant's result changes, see `Watch`; 0 if unknown."""
         methods = [getattr(watched.watch, "same_until_ns", None) for watched in self.watched]
         return min((0 if method is None else method(counting) for method in methods), default=FOREVER_NS)
 
@@ -350,7 +350,7 @@ class TrialBench:
             listeners: returns additional listeners.
             probe: records the changes in the run.
             explored: states of other runs. A run with a probe can end in one of them.
-            aloud: show the program's output.
+            aloud: whether to show the program's output.
             every_scan: False = skip scans that repeat the previous scan; only without `listeners`.
 
         Raises:
@@ -369,7 +369,7 @@ class TrialBench:
     def _run_traced(
         self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool
     ) -> Verdict:
-        """Repeat a run that fails in a scan, to find the line that last changed an output before."""
+        """Repeat a run that fails in a scan, to find the line that changed an output last before that."""
 
         def run_traced(since: int) -> tuple[_Run, Verdict]:
             run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
@@ -441,7 +441,7 @@ class _Run:
             self._watcher.note_goals(probe.edges.add)
 
     def _wrap_logic(self, logic: ScanLogic, traced_since: int | None) -> None:
-        """Wrap the logic, from inside to outside: tears, tracing, time measurement."""
+        """Wrap the logic in tears, tracing and time measurement, from the inside out."""
         scenario = self._scenario
         self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
         torn_logic: ScanLogic = self._torn or logic
@@ -531,7 +531,7 @@ class _Run:
 
     @property
     def last_output_change(self) -> int:
-        """The last untraced scan that changed outputs; 0 without any."""
+        """The last untraced scan that changed outputs; 0 if there is none."""
         return 0 if self._output_line is None else self._output_line.changed_in
 
     def _cause(self) -> str:

@@ -1,4 +1,4 @@
-"""The search: runs scenarios until one breaks an invariant, then shrinks this scenario.
+"""Runs scenarios until one breaks an invariant, then shrinks that scenario.
 
 run without events             shows the scans with changes, see `aim.probe`
 random scenarios (`aim`)       one of them breaks an invariant in a new way
@@ -58,7 +58,7 @@ class RunTotals:
 
     Attributes:
         runs: number of runs, including shrinking runs.
-        rules: number of firings of each rule of the manual, by id.
+        rules: number of times each rule of the manual fired, by id.
         applied: names of the invariants that had something to check.
         shrinking: number of shrinking runs.
         unshrunk: number of failures that are not completely shrunk.
@@ -123,7 +123,8 @@ class NondeterministicError(ValueError):
 Confirm = Callable[[Counterexample, Collection[str]], bool]
 """Repeats a failure in another process, which ignores known failures; returns whether it occurs again.
 
-Returns False only if the computer may be the reason. Raises `NondeterministicError` if the program is.
+Returns False only if the cause may be the computer. Raises `NondeterministicError` if the cause is the
+program.
 """
 
 
@@ -157,7 +158,7 @@ def search(
         base: a scenario to vary; None = none.
         corpus: results of other searches, see `aim.corpus`. This search adds to it.
         known: names of invariants and keys of failures to ignore.
-        again: scenarios to run first. Scenarios with new features enter the corpus.
+        again: scenarios to run first. Scenarios with new features are added to the corpus.
         failed: called with each failure before it is shrunk.
         confirm: see `Confirm`.
         has_time: returns whether there is time left; called before every run except the runs of `again`.

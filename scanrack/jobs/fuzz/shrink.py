@@ -143,12 +143,12 @@ SIMPLER: tuple[tuple[Any, str, Callable[[Any, Inputs, int], Iterable[Any]]], ...
 
 
 def _simpler_inputs(input_bit: InputBit, inputs: Sequence[InputBit]) -> Iterator[InputBit]:
-    """Yield the inputs before an input."""
+    """Yield the inputs that come before an input, since they are simpler."""
     return takewhile(lambda bit: bit is not input_bit, inputs)
 
 
 def _fewer(words: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """Yield the late words without one of them. A single word stays."""
+    """Yield the late words with one of them left out. A single word is kept."""
     return (words[:index] + words[index + 1 :] for index in range(len(words)) if len(words) > 1)
 
 

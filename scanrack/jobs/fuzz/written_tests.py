@@ -136,9 +136,9 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
 def _choose(
     bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
 ) -> Iterator[tuple[Scenario, frozenset[str]]]:
-    """Yield few scenarios that together reach all places, each with the places that no earlier one reaches.
+    """Yield a few scenarios that together reach all places, each with the places that it adds.
 
-    The next scenario is always the one that adds most places.
+    The next scenario is always the one that adds the most places.
     """
     runs = [(scenario, _outcome(bench, scenario, job)) for scenario in scenarios]
     unreached_places = [(scenario, outcome.reached) for scenario, outcome in runs if not outcome.broken]

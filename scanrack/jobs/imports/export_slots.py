@@ -7,7 +7,7 @@
 | any other module | a comment: its tags are memory of the real size |
 | no simulated module | `amci3601` in the first free slot: a rack needs one module |
 
-Of two modules in one slot, the rack file has the first.
+If two modules share a slot, the rack file has the first.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str
 
 
 def _start(export: ExportStart) -> Iterator[str]:
-    """Yield the table `[export]` with the settings that differ from a download; nothing without any."""
+    """Yield the table `[export]` with the settings that differ from a download; nothing if none differ."""
     defaults = asdict(DOWNLOADED)
     changed = {name: value for name, value in asdict(export).items() if value != defaults[name]}
     if changed:

@@ -1,4 +1,4 @@
-"""Escapes text from an export for a printed rack file, so that it can't end its string, key or comment."""
+"""Escapes text from an export for a printed rack file, so that it can't end the string, key or comment."""
 
 from __future__ import annotations
 

@@ -60,8 +60,8 @@ def build_rack(
 def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
     """Return the time for a command to a slot and its response, ms, including networks beyond the module.
 
-    A CompactLogix exchanges images at its own interval: a command waits for one exchange, its response for
-    the next.
+    A CompactLogix exchanges images at its own interval, so a command waits for one exchange and its response
+    waits for the next.
     """
     own_ms = slot.record.round_trip_ms
     if spec.controller != "compactlogix":

@@ -20,11 +20,11 @@ def claims_of(spec: RackSpec) -> list[Claim]:
 
 
 NO_LADDER = "{}: the program is in Python; proofs cover only ladder logic and structured text"
-"""The error for a program without ladder logic, by the path of the program."""
+"""Error message for a program without ladder logic; the placeholder is the program's path."""
 
 
 def has_claims(job: LoadedRack) -> bool:
-    """Return whether a job has claims in its rack file, in comments, or in a routine NEVER."""
+    """Return whether a job has claims in its rack file, in comments, or in a routine named NEVER."""
     if not isinstance(job.logic, LadderLogic):
         return False
     return bool(job.spec.prove.property or claims_in(job.logic.build()) or never_routines(job.logic))

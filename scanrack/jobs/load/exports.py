@@ -22,7 +22,7 @@ def rack_of_export(
 ) -> Path:
     """Write the rack file that `scanrack l5x --print-rack` prints; return its path.
 
-    Its temporary folder exists as long as the process. Modules that are not simulated are only memory,
+    Its temporary folder lasts as long as the process. Modules that are not simulated are only memory,
     messages end after 20 ms, and refused parts do nothing.
 
     Args:
@@ -74,7 +74,7 @@ def _slc_text(program: Path, imported: Any) -> str:
 
 
 def begun(*, keep_values: bool, memory: int | None) -> ExportStart | None:
-    """Return the initial state of an export from a command's options; None without any of them."""
+    """Return the initial state of an export from a command's options; None if none of them is given."""
     if not keep_values and memory is None:
         return None
     return ExportStart(

@@ -3,9 +3,9 @@
     line1.toml   |  scan  |  scan  |  scan  |      a consumed tag gets the value of the producer's tag
     line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after all earlier scans
 
-Each other rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any
-scan of the first rack can be run again. Racks may refer to each other: they form one group with one virtual
-time.
+Every other rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any
+scan of the first rack can be run again. Racks may refer to each other, because they form one group with a
+single virtual time.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ if TYPE_CHECKING:  # a Python program needs no rungs
     from scanrack.ladder.run.view import Tags
 
 MOST_KEPT = 100_000
-"""Maximum number of changes kept for a tag; scans before them can't be run again."""
+"""Maximum number of changes kept for a tag; scans before the oldest of them can't be run again."""
 
 
 @dataclass(frozen=True, slots=True)
 class TimeTable:
-    """Samples by time, as a `DataSource`: entries of time in ns and sample; no value before the first."""
+    """A `DataSource` of entries (time in ns, sample). It has no value before the first entry."""
 
     entries: tuple[tuple[int, Sample], ...]
 

@@ -75,12 +75,12 @@ class LoadedRack:
 
     @property
     def stubs(self) -> tuple[str, ...]:
-        """The stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        """The stubs in use, in the form `MSG = done after 20 ms (3 times)`."""
         return self.logic.stubs_in_use if is_rungs(self.logic) else ()
 
     @property
     def stub_files(self) -> tuple[str, ...]:
-        """Paths of the stubs' Python files, relative to the rack file's folder, each once."""
+        """Paths of the stubs' Python files, relative to the rack file's folder, without duplicates."""
         return stub_files(self.spec)
 
     @property
@@ -101,7 +101,7 @@ def load_job(
         rack: path of a TOML file, a Python file (`path[:function]`), or an export, which gets a rack file in
             a temporary folder.
         program: program to run instead of the rack's, `path[:function]`, relative to the current folder.
-        world: the racks that run side by side with it; None = a new group, which it leads.
+        world: the racks that run side by side with this one; None = a new group that it leads.
         export: initial state if `rack` is an export; None = as after a download. A rack file has its own
             setting.
 
@@ -140,8 +140,8 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     Args:
         rack: path of a TOML file, or of a Python file (`path[:function]`).
         program: runs instead of the rack's program: a `Controller`, a `Program`, a subclass of `Logic`, a
-            function of the scan, or the path of a file. A recording contains a file for an object: rung text
-            of ladder logic, or the Python file of the function.
+            function of the scan, or the path of a file. For an object, a recording contains the rung text of
+            ladder logic or the Python file of the function.
 
     Raises:
         ValueError: one of the files can't be used, or the program's file can't be found.
@@ -175,7 +175,7 @@ def _load_object(source: _RackSource, program: Callable[..., Any], file: Path | 
 
 
 def _rung_file(logic: Program | Controller) -> Path:
-    """Write a program of this process as rung text to a file that exists as long as the process."""
+    """Write a program of this process as rung text to a file that lasts as long as the process."""
     from scanrack.ladder import write_program
 
     folder = tempfile.TemporaryDirectory()
@@ -287,12 +287,12 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
     """Return the number of scans to run; None = until Ctrl-C.
 
     Args:
-        spec: the rack; its `run_for_s` is used without `duration` and `scans`.
+        spec: the rack; its `run_for_s` is used if neither `duration` nor `scans` is given.
         duration: machine time with a unit, such as "10 s".
         endless: whether a run without any limit is endless; otherwise it lasts `DEFAULT_RUN`.
 
     Raises:
-        ValueError: both are given, or one of them is illegal.
+        ValueError: both are given, or one of them is invalid.
     """
     if scans is not None and duration is not None:
         raise ValueError("--scans and --for: give only one of them")
@@ -384,7 +384,7 @@ def _round_trip_ms(spec: RackSpec) -> int:
 
 
 def _read_stubs(source: _RackSource) -> Stubs:
-    """Read the stubs of a rack; raise RackFileError if a stub is illegal or its function can't be loaded."""
+    """Read the stubs of a rack; raise RackFileError if a stub is invalid or its function can't be loaded."""
     spec, folder = source.spec, source.path.parent
     stubs: dict[str, Stub] = {}
     for name, stub in spec.stubs.items():
@@ -403,7 +403,7 @@ def _read_stubs(source: _RackSource) -> Stubs:
 
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:
-    """Return the paths of the rack files in a rack's stubs, relative to its folder, each once."""
+    """Return the paths of the rack files in a rack's stubs, relative to its folder, without duplicates."""
     tables = (stub for stub in spec.stubs.values() if not isinstance(stub, str))
     return tuple(dict.fromkeys(table.rack for table in tables if table.rack))
 
@@ -414,7 +414,7 @@ def module_files(spec: RackSpec) -> tuple[str, ...]:
 
 
 def stub_files(spec: RackSpec) -> tuple[str, ...]:
-    """Return the paths of a rack's Python stubs and modules, relative to its folder, each once."""
+    """Return the paths of a rack's Python stubs and modules, relative to its folder, without duplicates."""
     texts = (stub for stub in spec.stubs.values() if isinstance(stub, str))
     files = (split_address(text, "")[0] for text in texts if is_python(text))
     return tuple(dict.fromkeys([*files, *module_files(spec)]))

@@ -1,4 +1,4 @@
-"""Imports of executed Python files from their own folders.
+"""Lets executed Python files import modules from their own folders.
 
     importer                                     finds
     a program, a rack file, a stub, invariants   installed modules, then those in its own folder
@@ -91,7 +91,7 @@ _FIRST = _FirstFinder()
 
 
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
-    """Return a spec for `module.__spec__` with which an executed file finds the modules beside it."""
+    """Return a spec for `module.__spec__` that lets an executed file find the modules beside it."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
     if BESIDE.get() is not None and _FIRST not in sys.meta_path:
@@ -122,7 +122,7 @@ def _importer(frame: FrameType | None) -> Mapping[str, Any]:
 
 
 def _folder_of(module: Mapping[str, Any]) -> _Folder | None:
-    """Return the folder in which a module finds others; a module in a package uses the package's."""
+    """Return the folder where a module finds other modules; a module in a package uses the package's."""
     spec = module.get("__spec__")
     package, dot, _rest = getattr(spec, "name", "").partition(".")
     if dot:

@@ -7,7 +7,7 @@ from pathlib import PurePath
 from .program import split_address
 
 SUFFIX = ".panel"
-"""Suffix of a panel. Its content is TOML, but the suffix .toml is that of a rack."""
+"""Suffix of a panel. Its content is TOML, but the suffix .toml is used for racks."""
 
 
 def panel_name(rack: str) -> str:

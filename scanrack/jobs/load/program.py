@@ -61,7 +61,7 @@ LADDER_NAME = "program"
 
 
 class Form(StrEnum):
-    """Use of a file."""
+    """How a file is used."""
 
     PYTHON = "python"
     """It is executed."""
@@ -77,7 +77,7 @@ FORMS = {
     STEPS_SUFFIX: Form.DATA,
     **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
 }
-"""Use of a program file, by suffix. `load_program` refuses other files and never executes them."""
+"""How a program file is used, by suffix. `load_program` refuses other files and never executes them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class LoadedProgram:
 
 
 class ProgramError(SiteError):
-    """The program can't be loaded; the message names file, line and allowed values."""
+    """The program can't be loaded; the message names the file, the line and the allowed values."""
 
 
 class MissingNameError(ProgramError):
@@ -140,7 +140,7 @@ def load_program(
     The file is run once, as its own module; it can import files beside it, see `modules_beside`.
 
     Args:
-        address: `path[:function]`, the path relative to `folder`.
+        address: `path[:function]`, with the path relative to `folder`.
         folder: base of a relative path.
         stubs: replacements of instructions of a ladder program, see `load_stubs`.
         slots: slot numbers of the rack, for the images of an SLC program; None without a rack.
@@ -180,7 +180,7 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str) -> Stubs:
 
     Raises:
         ProgramError: a function can't be loaded.
-        LadderError: a stub is illegal.
+        LadderError: a stub is invalid.
     """
     stubs: dict[str, Stub] = {}
     for name, text in texts.items():
@@ -259,7 +259,7 @@ def load_function(
         default: name of the function, if the address has none.
         arguments: names of the function's arguments.
         stubs: stubs of a ladder program, see `load_program`.
-        loosely: whether the function may have more arguments, the operands.
+        loosely: whether the function may have more arguments for the operands.
 
     Raises:
         ProgramError: see `load_program`.
@@ -316,7 +316,7 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
 
 @contextmanager
 def _as_program_errors(prefix: str = "") -> Iterator[None]:
-    """Raise a ProgramError in place of the error of a parser or a build."""
+    """Raise a ProgramError in place of a parser error or build error."""
     try:
         yield
     except SiteError as error:
@@ -451,7 +451,7 @@ COMPILER: ContextVar[Compiler] = ContextVar("COMPILER", default=_compiled)
 
 @contextmanager
 def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
-    """Make Python programs, and modules beside them, that are loaded in the context report their lines.
+    """Make Python programs and modules beside them report their lines if they are loaded in the context.
 
     Args:
         watch: observer of the lines; None = the current one.

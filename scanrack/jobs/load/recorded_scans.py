@@ -27,11 +27,11 @@ class RecordedScan(NamedTuple):
 
 
 as_scan: Callable[[Any], RecordedScan] = partial(tuple.__new__, RecordedScan)
-"""Returns the scan of a tuple; faster than `RecordedScan._make`."""
+"""Converts a tuple to a scan; faster than `RecordedScan._make`."""
 
 
 def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[RecordedScan]:
-    """Yield the scans of a recording from a row to row `last`, inclusive."""
+    """Yield the scans of a recording from row `row` to row `last`, inclusive."""
     while row <= last:
         columns = recording.scans.chunk(row // CHUNK_SCANS)
         start = row % CHUNK_SCANS
@@ -46,7 +46,7 @@ def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[Reco
 
 
 def recorded_words(slots: Iterable[SlotInfo], spec: RackSpec | None) -> dict[int, ModuleWords]:
-    """Return the words of recorded slots by number; equal words of the rack have names that a trace lacks."""
+    """Return the words of recorded slots by number, with the rack's names if its words are equal."""
     rack_words = {slot.number: slot.words for slot in (spec.slot if spec else ())}
     return {
         slot.number: rack_words[slot.number] if rack_words.get(slot.number) == slot.words else slot.words

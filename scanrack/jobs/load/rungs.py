@@ -1,4 +1,4 @@
-"""Tells whether logic is rungs, without importing rungs for a Python program."""
+"""Tells whether logic is a ladder program, without importing ladder code for a Python program."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ _MODULE_NAME = f"{__package__.split('.')[0]}.ladder.lowering.runnable"
 
 
 def is_rungs(logic: object) -> TypeGuard[LadderLogic]:
-    """Return whether logic is a ladder program; no ladder program exists before its module is imported."""
+    """Return whether logic is a ladder program; none can exist before the ladder module is imported."""
     module = sys.modules.get(_MODULE_NAME)
     return module is not None and isinstance(logic, module.LadderLogic)

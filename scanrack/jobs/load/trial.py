@@ -1,4 +1,4 @@
-"""The trial of an export: it is imported, and its program runs some scans."""
+"""Tries out an export: imports it and runs some scans of its program."""
 
 from __future__ import annotations
 

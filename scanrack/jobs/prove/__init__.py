@@ -3,7 +3,7 @@
 | file | does |
 |---|---|
 | `subject` | a problem: a rack, program or export with its monitors |
-| `proving` | decides all claims of a subject, one after the other |
+| `proving` | decides all claims of a subject, one at a time |
 | `scenario` | turns a run of the prover into operator actions on the rack |
 | `on_rack` | runs a scenario on the rack, with the models of its modules |
 | `own_run` | runs the rack as its file describes it; everything it reaches is possible |

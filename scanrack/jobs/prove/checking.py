@@ -1,4 +1,4 @@
-"""Has another solver check the certificate of a proof, without any code of the prover.
+"""Has another solver check the certificate of a proof, without using any of the prover's code.
 
 `proof.smt2` has the relation of one scan, and `proof.json` names its parts (see `ladder.prove.certificate`).
 The checker writes four kinds of questions about consecutive scans. Each must be unsatisfiable:
@@ -24,14 +24,14 @@ from typing import Any, NamedTuple
 from scanrack.io_images.versions import distribution_version
 
 SECONDS = 60
-"""Time limit of a question."""
+"""Time limit for a question."""
 
 _SYMBOL = re.compile(r"\|[^|]*\||\bt\d+\b")
 _DECLARED = re.compile(r"\(declare-const (\|[^|]*\|) (.*)\)$")
 
 
 class Solver(NamedTuple):
-    """A solver: its name with version, and a function that answers a script: unsat, sat, or a reason."""
+    """A solver's name with version, and a function that answers a script with unsat, sat, or a reason."""
 
     name: str
     answer: Callable[[str], str]
@@ -103,7 +103,7 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
 def _inductive(
     relation: list[str], roles: Mapping[str, Any], terms: list[str], contract: str = ""
 ) -> Iterator[str]:
-    """Yield two scripts: can the first scan make a term false, or a scan after one with all terms true?"""
+    """Yield two scripts that ask if a term can be false after the first scan or after an all-true scan."""
     if not terms:
         return
     first = _Scans(relation, roles, first=True)
@@ -132,7 +132,7 @@ class _Scans:
             self.add_next()
 
     def add_next(self) -> None:
-        """Add a scan that begins with the states that the previous scan leaves."""
+        """Add a scan that begins with the states at the end of the previous scan."""
         self._add({name: self.last(state["next"]) for name, state in self._roles["states"].items()})
 
     def _add(self, values: Mapping[str, str]) -> None:
@@ -159,7 +159,7 @@ class _Scans:
         return [_numbered(term, number) for number in range(self._count)]
 
     def text(self, truths: list[str], contract: str) -> str:
-        """Return the script: are all truths possible if a contract is true in each scan ("" for none)?"""
+        """Return the script that asks if all truths are possible while a contract ("" for none) is true."""
         truths = [*(self.each(contract) if contract else ()), *truths]
         return "\n".join([*self._lines, *[f"(assert {truth})" for truth in truths], "(check-sat)", ""])
 

@@ -1,4 +1,4 @@
-"""Compares two racks, programs or exports: what an edit changes, now or later."""
+"""Compares two racks, programs or exports to find what an edit changes, now or later."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ TWO_RUNS = "it needs two runs with the same --retain FILE, but a scenario is one
 """The reason why a scenario that restarts with retained tags is not run."""
 
 MORE = 5
-"""Number of recorded scans after the scan that breaks the claim."""
+"""Number of scans recorded after the scan that breaks the claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class OnRack:
         scan: number of the scan that showed it, from 0; None if no scan did.
         scenario: the operator actions of the scenario.
         forced: forced words that the modules do not produce themselves.
-        why: the reason if it did not show the result, or could not be run.
+        why: the reason if the scenario did not show the result, or could not be run.
     """
 
     confirmed: bool
@@ -71,7 +71,7 @@ class OnRack:
 
 
 Shows = Callable[[Debugger], Callable[[], bool]]
-"""Returns a test for a program before its run: does the latest scan show the expected result?"""
+"""Returns, for a program before its run, a test of whether the latest scan shows the expected result."""
 
 FindScan = Callable[[RackScenario], int | None]
 """Runs a scenario; returns the first scan that shows the expected result, or None."""
@@ -242,7 +242,7 @@ def _tag_values(job: LoadedRack, scenario: RackScenario, tag: str) -> list[Any]:
 
 
 def record(job: LoadedRack, result: OnRack, trace: Path) -> None:
-    """Record a confirmed scenario on the rack, with the program without its monitors.
+    """Record a confirmed scenario on the rack, running the program without its monitors.
 
     Raises:
         OSError: the trace can't be written.
@@ -253,6 +253,6 @@ def record(job: LoadedRack, result: OnRack, trace: Path) -> None:
 
 
 def _run(job: LoadedRack, scenario: RackScenario, ports: ExitStack, trace: Path | None = None) -> JobRun:
-    """Return a run of a scenario's operator actions, before its first scan."""
+    """Return a run that applies a scenario's operator actions, before its first scan."""
     orders = [AppliedAction(scan, order) for scan, order in scenario.orders]
     return JobRun(job, ports, RunOptions(trace=trace, orders=orders, handled=True, keep=0))

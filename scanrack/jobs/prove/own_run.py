@@ -1,4 +1,4 @@
-"""Runs the rack as its file describes it, without a scenario. No solver need prove the states it reaches.
+"""Runs the rack as its file describes it, without a scenario. No solver has to prove the states reached.
 
 Random scans rarely home an axis; the rack does so within thousands of scans.
 """
@@ -34,7 +34,7 @@ FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 def seen_in_own_run(subject: ProofSubject, truths: Sequence[T]) -> set[T]:
     """Run a rack as its file describes it; return the truths that are true in some scan.
 
-    Empty without a rack.
+    The result is empty without a rack.
     """
     job = subject.job
     if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
@@ -98,7 +98,7 @@ class _ValueNotes(QuietListener):
         self._times: list[int] = []
 
     def _in_memory(self, terms: Iterable[T]) -> list[_Variable]:
-        """Return the variables that are in memory, each once; leave out variables that are not modeled."""
+        """Return the variables that are in memory, without duplicates or variables that are not modeled."""
         problem, variables = self._problem, []
         layout, memory = self._engine.lowered.layout, self._engine.memory
         for term in dict.fromkeys(terms):
@@ -110,7 +110,7 @@ class _ValueNotes(QuietListener):
         return variables
 
     def _watch(self, variables: Iterable[_Variable]) -> None:
-        """From now on, note the values that decide the unseen truths."""
+        """Start to note the values that decide the unseen truths."""
         deciding = {term for truth in self.unseen for term in self._variables[truth]}
         self._watched = [variable for variable in variables if variable.v in deciding]
         self._readers = [variable.read for variable in self._watched]

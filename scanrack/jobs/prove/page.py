@@ -30,7 +30,7 @@ WIDTH = 96
 """Columns between the rails of a drawn rung."""
 
 MOST_RUNGS = 12
-"""Maximum number of rungs that are drawn for a scenario: the closest to the claim."""
+"""Maximum number of rungs that are drawn for a scenario; those closest to the claim are chosen."""
 
 STYLE = """\
 body { font: 15px system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em; color: #1b1f24 }
@@ -48,7 +48,7 @@ def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
     """Write a page to a file.
 
     Raises:
-        OwnedError: the page would replace a file of another kind, or one in use.
+        OwnedError: the page would replace a different kind of file, or a file in use.
         OSError: the file can't be written.
     """
     head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'

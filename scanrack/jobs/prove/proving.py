@@ -1,4 +1,4 @@
-"""Decides all claims of a subject, one after the other; runs each scenario on the rack, and writes it."""
+"""Decides all claims of a subject, one at a time; runs each scenario on the rack, and writes it."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class ScenarioFolder:
         return folder
 
     def _claim_folder(self, name: str) -> Path:
-        """Return the folder of a claim, after creating it."""
+        """Create the folder of a claim; return it."""
         if not self._is_locked:
             self._lock.enter_context(locked(self.path))
             self._is_locked = True
@@ -107,7 +107,7 @@ class Result:
 
     @property
     def refused_by(self) -> tuple[Opinion, ...]:
-        """Verdicts of solvers that find a run that the proof excludes; with any, the claim is unknown."""
+        """Verdicts of solvers that find a run that the proof excludes; any makes the claim unknown."""
         return tuple(opinion for opinion in self.opinions if opinion.refused)
 
     @property
@@ -228,7 +228,7 @@ def ask_questions(
     """Answer the built-in questions about the user's own code. For `folder` and `others` see `prove_all`.
 
     With other solvers, each proved finding also gets a certificate. If a solver refuses it, the question
-    stays open.
+    remains open.
 
     Args:
         work: factor for the limits.

@@ -16,13 +16,13 @@ from .scenario import step_text
 from .subject import ProofSubject
 
 HELD_SHOWN = 12
-"""Maximum constant numbers that the text lists."""
+"""Maximum number of constants that the text lists."""
 
 LATEST_MS = 1000
 """Maximum time between two scans that a rack file can set with `scan_ms`, ms."""
 
 BLAME_SHOWN = 3
-"""Maximum reasons that the text lists for an unknown claim."""
+"""Maximum number of reasons that the text lists for an unknown claim."""
 
 
 def line_of(result: Result, width: int) -> str:

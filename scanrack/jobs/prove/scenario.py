@@ -45,7 +45,7 @@ class RackScenario:
 
     @property
     def forced(self) -> tuple[str, ...]:
-        """The module words that are forced, each once."""
+        """The module words that are forced, without duplicates."""
         return tuple(dict.fromkeys(order.tag for _, order in self.orders if isinstance(order, Force)))
 
 
@@ -76,7 +76,7 @@ def on_scans_of(
 
 
 def _can_set(layout: Layout, key: Key) -> bool:
-    """Return whether an operator action can set an input; not a connection fault or a hidden value."""
+    """Return whether an operator action can set an input (not a connection fault or hidden value)."""
     path, _ = key
     leaf = layout.leaf(path)
     return leaf.is_image or (leaf.slot is None and not path.startswith(("S:", "~")))

@@ -1,4 +1,4 @@
-"""Losses of the link to a module, found by its Module light, which is off [chapter 1, Front Panel]."""
+"""Finds losses of the link to a module by its Module light, which is then off [chapter 1, Front Panel]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A logic that wraps another one, and attaches and closes it."""
+"""Logic that wraps other logic, and attaches and closes it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scanrack.runtime.loop.scan import LogicScan, ScanLogic, attached
 
 
 class LogicWrapper:
-    """A logic that calls another one; see `AttachedLogic`."""
+    """Logic that calls other logic; see `AttachedLogic`."""
 
     def __init__(self, logic: ScanLogic) -> None:
         self._logic = logic

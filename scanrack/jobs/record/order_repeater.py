@@ -25,7 +25,7 @@ def is_session(trace: Trace) -> bool:
 def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     """Return the operator actions among the events of a recording; raise ValueError if one can't be read.
 
-    A session has messages on /orders. A bench has events of the fields that a test set, and of edits if their
+    A session has messages on /orders. A bench has events for the fields that a test set, and for edits whose
     files are in the trace.
     """
     orders = []
@@ -46,7 +46,7 @@ def is_edit_with_files(topic: str, fields: Mapping[str, object]) -> bool:
 
 
 def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
-    """Return the scans of edits without files: from these scans, the trace lacks the program that ran."""
+    """Return the scans of edits without files. From then on, the trace lacks the program that ran."""
     edits, scans_with_files = [], set()
     for event in events:
         if event.topic == ORDERS.name and event.fields.get("name") == "edit":

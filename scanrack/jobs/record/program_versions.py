@@ -5,7 +5,7 @@
     trace    feeder.rung    edit-1/feeder.rung edit-2/feeder.rung     attachments, with the files beside them
     orders                  edit 1             edit 2                 on /orders
 
-Each program can be reloaded: for a rerun, for a branch, and by a monitor that shows past scans.
+Each program can be reloaded for a rerun, for a branch, or by a monitor that shows past scans.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class ProgramVersions:
         return branch
 
     def job(self, number: int) -> LoadedRack:
-        """Return a program in its initial state: the kept one, or newly loaded.
+        """Return a program in its initial state, either the kept one or a newly loaded one.
 
         Raises:
             ValueError: the number is unknown, or the program can't be loaded.

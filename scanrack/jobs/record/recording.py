@@ -1,4 +1,4 @@
-"""Makes the recorder of a run, which also stores the run's files and all that determines its result."""
+"""Makes the recorder of a run, which also stores the run's files and whatever determines its result."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def recorder_for(
 def _snapshots_of(job: LoadedRack, running: Any) -> SnapshotLog | None:
     """Return the snapshots of a ladder program; None for other logic, and for routines in Python.
 
-    There are no snapshots after an edit: a question about an edited program runs all its scans.
+    There are no snapshots after an edit, so a question about an edited program runs all its scans.
     """
     if not is_rungs(job.logic) or job.logic.functions:
         return None

@@ -98,7 +98,7 @@ class WatchesSequences:
 
     @property
     def look(self) -> Callable[[], bool]:
-        """The function to call within rows: returns whether a sequence has made a step."""
+        """The function to call within rows. It returns whether a sequence has made a step."""
         watched, look_of_listener = self._watched, None if self._rows is None else self._rows.look
 
         def look() -> bool:

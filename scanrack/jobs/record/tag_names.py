@@ -41,7 +41,7 @@ class NamedValue:
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:
-    """Return the names of a program: those of its module, or an instance of `Line` under the name `line`.
+    """Return the names of a program: its module's names, or an instance of `Line` under the name `line`.
 
     Raises:
         ValueError: the program is neither a function nor a `Logic`.
@@ -111,7 +111,7 @@ def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
 
 
 def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
-    """Yield the fields of a logic: from the body of its class, and from the instance."""
+    """Yield the fields of a logic from the body of its class and from the instance."""
     bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
     fields = [name for body in bodies for name, value in body.items() if not hasattr(value, "__get__")]
     attributes = dict.fromkeys([*fields, *vars(logic)])
@@ -121,7 +121,7 @@ def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
 def _attributes(
     name: str, owner: object, attributes: Iterable[str], depth: int, outer_ids: frozenset[int]
 ) -> Iterator[NamedValue]:
-    """Yield the values in the public attributes of an object; `outer_ids` are the objects around it."""
+    """Yield the values in the public attributes of an object; `outer_ids` are its containers' ids."""
     hints = _hints(owner)
     for attribute in attributes:
         if not attribute.startswith("_") and hasattr(owner, attribute):

@@ -183,7 +183,7 @@ class WatchedTags:
         return self._tags.take()
 
     def _read_from(self, engine: Engine) -> None:
-        """Read the tags from an engine, such as that of an edited program."""
+        """Read the tags from an engine, such as the engine of an edited program."""
         self._engine = engine
         values = TagValues(engine.lowered.layout)
         recorded = [_after_edit(values, field.tag) for field in self.plan.fields]
@@ -258,7 +258,8 @@ def _functions(
 ) -> list[Callable[[], Any]]:
     """Compile functions without arguments; `cells` are their free variables, `namespace` their globals.
 
-    They share one outer function with all cells, so that the time to compile a function is that of its body.
+    They share one outer function with all cells, so that compiling a function takes only as long as compiling
+    its body.
     """
     inner = "".join(f" def take():\n  {body}\n" for body in bodies)
     outer = _code_in(compile(f"def outer({', '.join(cells)}):\n{inner}", "<tags>", "exec"))[0]

@@ -1,4 +1,4 @@
-"""The levels of a 3601's inputs, derived from recorded status bits, the only record on real hardware.
+"""The levels of a 3601's inputs, derived from recorded status bits, the only record from real hardware.
 
 configuration, word 1     which level is active       [chapter 3]
 input word 1, bits 0-5    which inputs are active     [chapter 6]
@@ -53,7 +53,7 @@ def _levels_of(recording: PackedTrace, slot: int, active_high: int) -> Iterator[
 def _level_changes(
     recording: PackedTrace, places: ImagePlaces, active_high: int
 ) -> Iterator[tuple[int, int]]:
-    """Yield the levels of a slot, first and after each change: time, ns, and mask of energized inputs.
+    """Yield each level of a slot, from the first, as time (ns) and mask of energized inputs.
 
     Args:
         recording: the recording, which is read chunk by chunk.

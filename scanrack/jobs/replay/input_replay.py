@@ -6,7 +6,7 @@
 
 | user | program | afterwards |
 |---|---|---|
-| `why.traced_run`, `why.trials` | Python | the lines of some scans; tries of other inputs |
+| `why.traced_run`, `why.trials` | Python | the lines of some scans; trials of other inputs |
 | `why.program_rerun` | Python, a list of steps | the lines of a debug adapter and of a page |
 | `why.followed` | ladder | its tags after a scan |
 | `watch.history.indexer` | ladder | snapshots, from which a page shows any scan |
@@ -155,7 +155,7 @@ class InputReplay:
         self._replaced_inputs.append((self._rack.layout.places[slot].inputs, image))
 
     def block(self) -> bytes:
-        """Return the rack's present memory block, with the program's outputs so far."""
+        """Return the rack's current memory block, with the program's outputs so far."""
         return bytes(self._rack.memory)
 
     # --- one scan
@@ -220,16 +220,17 @@ class InputReplay:
     # --- orders
 
     def _has_values_for(self, scan: int) -> bool:
-        """Whether the recording has the values that were set from outside before a scan.
+        """Return whether the recording has the values that were set from outside before a scan.
 
-        A pending action or a force has them. For a ladder program, the comparison of its outputs decides.
+        A pending action or a force provides them. For a ladder program, the comparison of its outputs
+        decides.
         """
         tags = settable_tags(self.logic)
         is_ordered = bool(self._orders) and self._orders[0].scan <= scan
         return is_ordered or isinstance(tags, Debugger) or (tags is not None and bool(tags.forces))
 
     def _apply(self, order: Action, scan: int) -> None:
-        """Apply an action on the program; recorded images already have the effects of other actions."""
+        """Apply an action to the program; recorded images already have the effects of other actions."""
         tags = settable_tags(self.logic)
         match order:
             case Edit():
@@ -245,7 +246,7 @@ class InputReplay:
                     _set(tags, order)
 
     def _names_image_place(self, tags: Debugger | Fields, name: str) -> bool:
-        """Whether a name is an address or a tag of an image."""
+        """Return whether a name is an address or a tag of an image."""
         try:
             parse_address(name, {slot.number: slot.words for slot in self._rack.slots.values()})
         except ValueError:
@@ -254,7 +255,7 @@ class InputReplay:
             return True
 
     def _edit(self, order: Edit) -> None:
-        """Continue with an edited program; it keeps the present values unless the edit restarts all."""
+        """Continue with an edited program; it keeps the current values unless the edit restarts it."""
         if self._edited is None:
             return
         program, edited, restart = unwrapped(self.logic), self._edited(order.number), names_in(order.restart)

@@ -96,7 +96,7 @@ class Replay:
             recorders: listeners that receive every replayed scan.
 
         Raises:
-            KeyboardInterrupt: Ctrl-C stopped it; the comparison is incomplete.
+            KeyboardInterrupt: Ctrl-C stopped the replay; the comparison is incomplete.
             ValueError: the recording never shows the state of a module that was already in operation.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)

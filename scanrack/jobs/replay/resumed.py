@@ -6,7 +6,7 @@ shown       recorded |  the module, from the state that the image shows  | recor
 At rest in command mode, the input image shows position, counts and latched bits. Only the image in
 configuration mode shows the configuration. Scans with a state that the recording does not show are not
 compared: a motion that had already begun, a motion during which an input changes (at an instant between two
-scans), and a blend profile or minimum registration distance from before.
+scans), and a blend profile or minimum registration distance that was set before the recording.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class ResumedModule:
         forced: whether forces were in effect, by row.
         configuration: words in effect until the recording shows others; None = unknown.
         exact_inputs: whether the instants at which inputs change are known.
-        sampled: whether the recording is a client's reads, which miss short commands.
+        sampled: whether the recording consists of a client's reads, which miss short commands.
 
     Attributes:
         starts: the states read from images, in order; from the next row, the simulated image is returned.
@@ -256,7 +256,7 @@ class ResumedModule:
                 self._is_minimum_known = self._is_state_known
 
     def _reason_for_loss(self, shown: Words, command: Words) -> str:
-        """Return the reason reason the state is unknown from this row; "" if it is known."""
+        """Return the reason why the state is unknown from this row; "" if it is known."""
         last_shown = words_of(self._last_images[1])
         if not shown[0] & _OK:
             return NO_ANSWER

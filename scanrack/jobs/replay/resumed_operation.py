@@ -21,14 +21,14 @@ class ResumedOperation:
         forced: whether forces were in effect, by row.
         configuration: configuration words at the beginning; None = the first that the recording shows.
         captured: whether the recording is a capture, which may begin during operation.
-        sampled: whether the recording is a client's reads.
+        sampled: whether the recording consists of a client's reads.
 
     Attributes:
         slots: numbers of these slots.
         modules: the modules that `around` has replaced, by slot.
 
     Raises:
-        ValueError: `configuration` is not a legal configuration.
+        ValueError: `configuration` is not a valid configuration.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class ResumedOperation:
 
     @property
     def active_high(self) -> Mapping[int, int]:
-        """The masks of inputs that are active when energized, by slot; without slots of unknown words."""
+        """Masks of inputs that are active when energized, by slot; slots with unknown words are omitted."""
         return {slot: words[1] & ALL_INPUTS for slot in self.slots if (words := self.words(slot)) is not None}
 
     def around(self, number: int, module: Module, *, exact_inputs: bool) -> Module:

@@ -59,7 +59,7 @@ class TagOrders:
         return list(_notes_on_unknown_values(self._recording)) if self._may_lack_values else []
 
     def program(self, logic: ScanLogic) -> ScanLogic:
-        """Return the program to run: a ladder program under a debugger if there are orders."""
+        """Return the program to run; if there are orders, a ladder program runs under a debugger."""
         if not self.orders or not isinstance(logic, LadderLogic):
             return logic
         from scanrack.ladder.debug import Debugger  # most recordings need no debugger

@@ -22,4 +22,4 @@ class Stimuli(StrEnum):
     """The stimuli of the trace."""
 
     INPUTS = "inputs"
-    """The levels of the inputs in the recorded status bits, the only record of real hardware."""
+    """The levels of the inputs in the recorded status bits, the only record from real hardware."""

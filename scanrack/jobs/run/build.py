@@ -31,7 +31,7 @@ def build_playback(
     """Create a CPU that repeats the scans of a recording with `logic` on `rack`.
 
     Modes and forces come from the recording instead of `spec`. Recorded inputs are read in each scan, so a
-    rack of `RecordedInputs` has no exchange of its own. By default, `watchdog` comes from `spec`.
+    rack of `RecordedInputs` does not exchange images itself. By default, `watchdog` comes from `spec`.
     """
     from .playback import Playback, RecordedInputs
 

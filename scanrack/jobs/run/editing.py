@@ -40,7 +40,7 @@ class DescribedEdit(Protocol):
 
     @property
     def keeps(self) -> str:
-        """A sentence about the values that stay."""
+        """A sentence about the values that are kept."""
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -80,10 +80,11 @@ class RunProgram:
         remembered: snapshots of a ladder program, see `Debugger`.
 
     Attributes:
-        debugger: the debugger of a ladder program; None for other programs and racks that aren't operated.
+        debugger: the debugger of a ladder program; None for other programs and for racks that aren't
+            operated.
         logic: the logic that the CPU calls: the debugger, or the program.
         on_edit: called after every edit.
-        may_bring_sequences: whether an edit may bring a program with sequences.
+        may_bring_sequences: whether an edit may introduce a program that has sequences.
     """
 
     def __init__(

@@ -89,7 +89,7 @@ class SlotHints:
                 self.ignored = IgnoredParameters(scan, changed, str(first_move.name))
 
     def _look_for_configuration(self) -> None:
-        """Warn about unused inputs when a configuration is accepted: the module mirrors it [chapter 3]."""
+        """Warn about unused inputs when the module mirrors, and so accepts, a configuration [chapter 3]."""
         msw = self._slot.inputs[0]
         if msw & _MODE_CONFIG and not msw & _CONFIG_ERROR:
             self._configures = False
@@ -130,7 +130,7 @@ class Hints(QuietListener):
         return 0 if any(slot.needs_look for slot in self.slots) else ROWS_AT_ONCE
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
-        """Do nothing: the outputs are the same as in the previous scan."""
+        """Do nothing, since the outputs are the same as in the previous scan."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Check the images of a scan."""

@@ -1,4 +1,4 @@
-"""A CPU that repeats the scans of a recording, and substitutes for modules and logic.
+"""A CPU that repeats the scans of a recording, and stand-ins for modules and logic.
 
     recorded outputs -> modules         logic is `recorded_outputs`
     recorded inputs  -> logic           modules are `RecordedInputs`
@@ -78,7 +78,7 @@ class Playback(Cpu):
         self._set_clock(0)
 
     def play(self) -> None:
-        """Repeat all scans, or until `stop` is called.
+        """Repeat the scans until all are done or `stop` is called.
 
         Raises:
             CpuFault: see `Cpu.run`.
@@ -114,12 +114,12 @@ class Playback(Cpu):
 
 
 class RecordedInputs:
-    """A module that returns the recorded input images, one after the other.
+    """A module that returns the recorded input images in order.
 
     Args:
-        images: the bytes of an image per scan.
+        images: the bytes of the image in each scan.
         times: times of the images, ns, ascending.
-        links: losses and returns of its link, ascending.
+        links: losses and returns of the module's link, in ascending order.
     """
 
     def __init__(
@@ -147,10 +147,10 @@ class RecordedInputs:
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Do nothing: the recording continues; see `Module.plc_run`."""
+        """Do nothing, since the recording continues; see `Module.plc_run`."""
 
     def power_cycle(self) -> None:
-        """Do nothing: the recording continues; see `Module.power_cycle`."""
+        """Do nothing, since the recording continues; see `Module.power_cycle`."""
 
 
 def recorded_outputs(plan: ReplayPlan, memory: Sequence[bytes], layout: MemoryLayout) -> ScanLogic:

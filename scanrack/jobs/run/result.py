@@ -1,4 +1,4 @@
-"""`run` of the Python API, and its result: scans, moves, errors in the manual's words, the trace."""
+"""The Python API's `run` and its result: scans, moves, errors in the manual's words, and the trace."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ErrorCount:
 
 @dataclass(slots=True)
 class RunCounters(QuietListener):
-    """A listener that counts scans, moves and errors. Its size does not grow with the length of a run.
+    """A listener that counts scans, moves and errors. Its memory use does not grow with the run.
 
     Attributes:
         moves: number of moves, by (slot, kind, outcome).
@@ -74,10 +74,10 @@ class RunCounters(QuietListener):
 
     @property
     def look(self) -> None:
-        """None: nothing needs to be called within rows."""
+        """None, since nothing needs to be called within rows."""
 
     def begin_rows(self, scan: int) -> int:
-        """Return the largest number of scans at once: the listener counts any number."""
+        """Return the largest number of scans at once; this listener can count any number."""
         return ROWS_AT_ONCE
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
@@ -135,7 +135,7 @@ def run(
     Raises:
         ValueError: the rack or program is unusable, the rack uses a real port, or the trace would replace an
             owned file.
-        CpuFault: the program, a module or a listener failed; the trace has all scans until then.
+        CpuFault: the program, a module or a listener failed; the trace has all scans up to then.
         OSError: the trace can't be written.
     """
     job = rack if isinstance(rack, LoadedRack) else load_rack(rack)

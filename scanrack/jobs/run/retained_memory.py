@@ -1,4 +1,4 @@
-"""Retained tags of a ladder program: read before the first scan, and written at the end of a run."""
+"""Reads the retained tags of a ladder program before the first scan, and writes them after a run."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ PORT_GAP_MS = 5.0
 """Silence between frames on transports without exact timing, ms."""
 
 SERIAL_GAP_MS = 25.0
-"""Silence between frames on a serial port, ms: USB adapters deliver received bytes every 16 ms."""
+"""Silence between frames on a serial port, ms. USB adapters deliver received bytes every 16 ms."""
 
 GAP_MS_MAX = 10_000
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
@@ -61,7 +61,7 @@ class Unit(ServedUnit):
 
     Attributes:
         answer: answers a Modbus request PDU; None for a unit without Modbus.
-        do: carries out a command code as if received; None for a unit without such codes.
+        do: carries out a command code as if it had been received; None for a unit without such codes.
     """
 
     device: ControllerDevice
@@ -97,13 +97,13 @@ def pcl601_units(
     thumbwheels: Sequence[str] = (),
     gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Create PCL601s, one for each address, by default 1; length and CRC determine the end of a frame.
+    """Create a PCL601 for each address, by default 1. Length and CRC determine the end of a frame.
 
     Another frame may begin after `gap_ms` of silence in real time. A program is loaded into the unit that its
     `.axis` directive names, or else into the only unit.
 
     Raises:
-        ValueError: an address is illegal, or a program or thumbwheel is unusable.
+        ValueError: an address is invalid, or a program or thumbwheel is unusable.
     """
     if not 0 < gap_ms <= GAP_MS_MAX:
         raise ValueError(f"--gap-ms {gap_ms:g}: must be above 0, and at most {GAP_MS_MAX}")
@@ -200,7 +200,7 @@ def pmc006_units(
     thumbwheels: Sequence[str] = (),
     _gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Create one PMC006; its line is RS-232, point to point.
+    """Create one PMC006 on a point-to-point RS-232 line.
 
     Raises:
         ValueError: there are several units, or the address or program is unusable.

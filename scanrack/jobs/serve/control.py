@@ -29,7 +29,7 @@ ALLOWED = '{"fault": TEXT}, {"pin": TEXT} or {"state": ADDRESS}'
 
 
 class ControlChannel:
-    """Answers requests of test programs on this machine.
+    """Answers requests from test programs on this machine.
 
     Args:
         port: port on the loopback address; 0 = any free port.

@@ -21,10 +21,10 @@ from typing_extensions import override
 NS_PER_S = 1_000_000_000
 DATAGRAM_BYTES_MAX = 2048
 DATAGRAMS_MAX = 64
-"""Maximum number of datagrams that are read from a socket before the other sockets."""
+"""Maximum number of datagrams that are read from one socket before the other sockets are served."""
 
 NO_TAGS = Instant((), 0, 0)
-"""The tags for a session: a drive has none."""
+"""The empty tags for a session, since a drive has none."""
 
 
 class LineTap:
@@ -151,7 +151,7 @@ class EnipPort:
                     udp_socket.sendto(reply, sender)
 
     def produce(self, advance: Callable[[], None]) -> None:
-        """Send the packet that is due, or end a connection whose time has run out."""
+        """Send the packet that is due, or end a connection that has timed out."""
         wake_ns = self.adapter.wake_ns
         if wake_ns is None or wall_ns() < wake_ns:
             return

@@ -33,7 +33,7 @@ from .machines import addressed_file, slot_in
 from .memory_file import ControllerMemory
 
 CONNECTIONS = 6
-"""Maximum number of concurrent Modbus TCP connections; further connections are closed [SMD p. 121]."""
+"""Maximum number of concurrent Modbus TCP connections; additional connections are closed [SMD p. 121]."""
 
 
 class DriveService(LineService):
@@ -161,7 +161,7 @@ def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence
     """Return the flash of each axis from the file; None for a new drive.
 
     Raises:
-        ValueError: the file has another number of axes, or an illegal configuration.
+        ValueError: the file has a different number of axes, or an invalid configuration.
     """
     if memory is None or not memory.records:
         return [None] * axes
@@ -194,7 +194,7 @@ def _status(number: int, drive: DriveUnit, adapter: DriveAdapter | None) -> dict
 
 
 def _values(drive: DriveUnit, adapter: DriveAdapter | None) -> dict[str, int]:
-    """Return the words by name, in.NAME and out.NAME, and the values that are in no word."""
+    """Return the words by name (in.NAME and out.NAME), and the values that no word contains."""
     shaft, counts, energized = drive.figures()
     words = drive.model.words
     late_packets: dict[str, int] = {}

@@ -72,7 +72,7 @@ class LineService(Protocol):
         """Open the requested port; return its server and the address for clients.
 
         Raises:
-            ValueError: the choice of ports is not possible, or a port can't be opened.
+            ValueError: the choice of ports is invalid, or a port can't be opened.
         """
 
 
@@ -81,7 +81,7 @@ class ServedLine(LineService):
 
     Args:
         controller: model name of the units.
-        timed: whether each character takes its time at the line's speed, on every port.
+        timed: whether each character takes as long as it does at the line's speed, on every port.
         faulty: whether faults may be set; Modbus TCP then has a gateway, as with `timed`.
         gateway_ms: time from the end of a request on the line to the gateway's exception 0Bh, ms.
 
@@ -172,7 +172,7 @@ class ServedLine(LineService):
 
 
 def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
-    """Return host and port; the default host is the loopback address.
+    """Return the host and port; the default host is the loopback address.
 
     >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
     (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
@@ -190,8 +190,8 @@ def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
 def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
     """Return a function that passes a Modbus request to its unit and returns the reply.
 
-    A single unit answers every request, as through a gateway. Of several units, the addressed unit answers.
-    All units carry out a request to unit 0, and no unit answers it.
+    A single unit answers every request, as through a gateway. If there are several units, the addressed unit
+    answers. All units carry out a request to unit 0, and no unit answers it.
     """
     answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
     if len(answers) == 1:

@@ -71,7 +71,7 @@ class DeviceOnMachine(ControllerDevice):
 
     @override
     def advance(self, now_ns: int) -> bytes:
-        """Advance through all events of controller and machine; return the bytes for the line."""
+        """Advance through all events of the controller and machine; return the bytes for the line."""
         reply = b""
         while (due_ns := self.next_wake_ns) is not None and self._now_ns < due_ns < now_ns:
             reply += self._step(due_ns)
@@ -89,7 +89,7 @@ class DeviceOnMachine(ControllerDevice):
 
 
 def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
-    """Return the units, with the machines of some of them.
+    """Return the units, with machines connected to some of them.
 
     Args:
         texts: rack files, as FILE for the only unit or ADDRESS:FILE for one of several units.
@@ -107,7 +107,7 @@ def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
 
 
 def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
-    """Return address and file from FILE or ADDRESS:FILE; raise ValueError for an unknown address."""
+    """Return the address and file from FILE or ADDRESS:FILE; raise ValueError for an unknown address."""
     address, colon, file = text.partition(":")
     if colon and address.isdecimal():
         if int(address) not in addresses:
@@ -139,7 +139,7 @@ def _plant(device: ControllerDevice, file: Path) -> Plant:
 
 
 def slot_in(file: Path, *modules: str) -> SlotSpec:
-    """Return the only slot of a rack file with the first of the modules that the file has.
+    """Return the only slot with the first of the given modules that a rack file has.
 
     Raises:
         ValueError: the file can't be used, or it has none of the modules, or several slots with the first.

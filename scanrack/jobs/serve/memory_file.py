@@ -67,8 +67,8 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         used: files that must not be replaced.
 
     Raises:
-        ValueError: the file is in other use, is for another controller, or is damaged; or the controller has
-            no nonvolatile memory.
+        ValueError: the file is used for something else, is for another controller, or is damaged; or the
+            controller has no nonvolatile memory.
         OSError: another service has locked the file, or its folder can't be written.
     """
 
@@ -107,7 +107,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         """Power up the units with the contents of the file, and then follow their changes.
 
         Args:
-            addressed: whether the units keep their addresses, instead of the addresses in the file.
+            addressed: whether the units keep their addresses, instead of taking the addresses in the file.
 
         Raises:
             ValueError: the file has a different number of units.

@@ -1,11 +1,11 @@
-"""Serves a 3601 as remote I/O: its rack runs in real time, and an external PLC is the program.
+"""Serves a 3601 as remote I/O: its rack runs in real time, and an external PLC acts as the program.
 
     external PLC --Modbus TCP--> eight words --each scan--> module, machine
                  <-------------- eight words <------------
 
 Between two scans, the port answers at once with the words of the latest scan. The CPU is in program mode
-until the first write, and again if no write arrives for a time. For the module, the PLC has then left run
-mode.
+until the first write, and again if no write arrives for a time. The module then sees that the PLC has left
+run mode.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def attachment(name: str, data: bytes) -> Attachment:
 
 
 def program_name(job: LoadedRack) -> str:
-    """Return the program's file name in a trace: another name than the rack file's, if it is another file."""
+    """Return the program's file name in a trace. It differs from the rack file's if the files differ."""
     name = job.program.name
     clashes = name == job.rack_file.name and job.program != job.rack_file
     return f"program/{name}" if clashes else name
@@ -98,7 +98,7 @@ def _is_input(path: Path) -> bool:
 
 
 def _racks_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the files of linked racks, by path relative to this rack's folder; only files inside of it."""
+    """Return the files of linked racks, by path relative to this rack's folder; only files inside it."""
     files: dict[str, Path] = {}
     for rack in job.world.others if job.world is not None else ():
         other: LoadedRack = rack.job
@@ -119,7 +119,7 @@ def _leads_out(name: str) -> bool:
 
 
 def _imported(job: LoadedRack) -> dict[str, Path]:
-    """Return the imported Python files beside rack file, program and stubs, sorted by path.
+    """Return the imported Python files beside the rack file, program and stubs, sorted by path.
 
     Later imports by a running program are not included.
     """
@@ -136,13 +136,13 @@ def _imported(job: LoadedRack) -> dict[str, Path]:
 
 
 def _unit_programs(job: LoadedRack) -> dict[str, Path]:
-    """Return the stored programs of the rack's devices, each once, in the order of the devices."""
+    """Return the stored programs of the rack's devices, without duplicates, in the order of the devices."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
     return {path.as_posix(): job.folder / path for path in paths}
 
 
 def _stub_functions(job: LoadedRack) -> dict[str, Path]:
-    """Return the Python files of stubs, each once, except the program."""
+    """Return the Python files of stubs, without duplicates, except the program."""
     excluded = (job.rack_file.resolve(), job.program.resolve())
     paths = [Path(stub_path) for stub_path in job.stub_files]
     return {
@@ -203,12 +203,13 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """Load the rack and the program that made a trace.
 
     Args:
-        trust: run any Python of the trace; otherwise only files that the current folder also has.
+        trust: whether to run any Python in the trace; otherwise only files that the current folder also has
+            are run.
         program: the user's program instead of the trace's, `path[:function]`. A ladder program begins with
             the trace's retained tags that it declares.
 
     Raises:
-        UntrustedError: untrusted Python of the trace would be run.
+        UntrustedError: untrusted Python in the trace would be run.
         ValueError: the trace does not name its files, or one of them can't be used.
     """
     rack = _recorded(trace, "rack_file")

@@ -28,7 +28,7 @@ _BAD_NAMES = (
         "is a device on Windows",
     ),
 )
-"""Forbidden patterns of names, with reasons. They apply on all systems: a trace is valid on all or none."""
+"""Forbidden name patterns, with reasons. They apply on all systems, so a trace is valid on all or none."""
 
 
 def checked_name(name: str) -> str:
@@ -38,7 +38,7 @@ def checked_name(name: str) -> str:
         name: path relative to the target folder, with parts separated by `/`.
 
     Raises:
-        ValueError: the name may lead elsewhere, or names no file.
+        ValueError: the name may lead elsewhere, or does not name a file.
     """
     reason = next(_objections(name), None)
     if reason is not None:
@@ -77,7 +77,7 @@ def attached_files(trace: Trace) -> dict[str, bytes]:
 def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
     """Write files into a folder, creating it if it is missing; return their paths.
 
-    No symbolic link below the folder is followed.
+    Symbolic links inside the folder are not followed.
 
     Raises:
         ValueError: a name leads out of the folder, or another file already exists.

@@ -37,7 +37,7 @@ Stream = int | IO[bytes] | None
 Handed = socket.socket | SharedMemory
 
 Ticket = tuple[int | None, int | str | bytes]
-"""Size of a shared memory in bytes, or None for a socket; and its number, name or description."""
+"""Size of a shared memory block in bytes, or None for a socket; and its number, name or description."""
 
 BOOT = (
     "import sys; count = int(sys.argv[1]); sys.path[:] = sys.argv[2 : 2 + count]; "
@@ -60,11 +60,11 @@ def launch(
 
     Args:
         main: the function to call, `module:function`, with the handed objects and the arguments as strings.
-        handed: sockets and shared memories to pass to the helper; with any, `stdin` is not used.
+        handed: sockets and shared memories to pass to the helper; if there are any, `stdin` is not used.
         stdin: as for `subprocess.Popen`; empty by default.
         stdout: as for `subprocess.Popen`; this process's by default.
         stderr: as for `subprocess.Popen`; this process's by default.
-        environment: environment variables of the helper; None = as here.
+        environment: environment variables of the helper; None = the same as in this process.
         own_session: whether to protect it from the terminal's Ctrl-C. Ctrl-Break on Windows never ends it.
     """
     path = [entry for entry in sys.path if entry]  # "" is the current folder
@@ -103,7 +103,7 @@ def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | N
 
 
 def _ticket(resource: Handed, pid: int) -> Ticket:
-    """Return a ticket with which another process can open a shared memory or socket."""
+    """Return a ticket that lets another process open a shared memory block or socket."""
     if isinstance(resource, SharedMemory):
         return resource.size, resource.handle
     if sys.platform == "win32":
@@ -128,7 +128,7 @@ def _opened(ticket: Ticket) -> Handed:
 
 
 def _flags() -> list[str]:
-    """Return Python's options: no search of the current folder, and the same ignored warnings as here."""
+    """Return Python's options: no search of the current folder, and this process's ignored warnings."""
     if sys.flags.isolated:
         return ["-I"]
     flags = {"-E": sys.flags.ignore_environment, "-s": sys.flags.no_user_site}

@@ -42,7 +42,7 @@ def keeping_of(job: LoadedRack, trace: Path, keep: int | None = None) -> Recordi
 
 
 def check_recording(job: LoadedRack, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
-    """Check that a recording would not replace a file that is no recording, or move a file in use.
+    """Check that a recording would not replace a file that is not a recording, or move a file in use.
 
     Args:
         used: files in use besides the files of the rack.

@@ -3,7 +3,7 @@
 A file is judged by its use, not by its name.
 
     read      rack file in TOML, rungs, steps, stored program of a unit, retained tags, panel: parsed as data
-    run       rack file, program or stub in Python: it runs with all rights of the user
+    run       rack file, program or stub in Python: it runs with all of the user's rights
     reached   any other file, if Python runs: it can import, load or open the file
 
 Files that are only read need no trust. All others need --trust, unless the current folder has the same file.
@@ -28,11 +28,11 @@ from .extracting import check_names, checked_name
 
 
 class UntrustedError(ValueError):
-    """Python of a trace would run, but the user has not allowed it."""
+    """Python in a trace would run, but the user has not allowed it."""
 
 
 class Use(StrEnum):
-    """The use of a trace's file in a run."""
+    """How a run uses a file from a trace."""
 
     READ = "read"
     RUN = "run"
@@ -53,10 +53,10 @@ def admitted(files: Mapping[str, bytes], run_files: RunFiles, *, trust: bool) ->
     Args:
         files: all files of the trace, by name.
         run_files: names of the files from which the run starts.
-        trust: whether the user allows Python of the trace to run.
+        trust: whether the user allows Python in the trace to run.
 
     Raises:
-        UntrustedError: untrusted Python of the trace would run.
+        UntrustedError: untrusted Python in the trace would run.
         ValueError: a name is refused, a file is missing, or the rack file names a file elsewhere.
     """
     uses = uses_of(files, run_files)
@@ -136,7 +136,7 @@ def _rack_in(files: Mapping[str, bytes], rack: str) -> RackSpec:
 
 
 def stored_programs(spec: RackSpec) -> list[str]:
-    """Return the paths of the devices' stored programs in an untrusted rack, each once.
+    """Return the paths of the devices' stored programs in an untrusted rack, without duplicates.
 
     Raises:
         ValueError: a path leads out of the rack file's folder.

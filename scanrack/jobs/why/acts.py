@@ -1,4 +1,4 @@
-"""Finds acts of a user that change a value, by trying them on copies of the rack.
+"""Finds acts by a user that change a value, by trying them on copies of the rack.
 
     the rack at the scan | copy 1: no action
                          | copy 2: press start for 60 ms, then 5 s
@@ -119,11 +119,11 @@ class Acts:
 
 
 def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts | None:
-    """Return acts of a user that change a value; None on a system that can't fork a process.
+    """Return acts by a user that change a value; None on a system that can't fork a process.
 
     Args:
         bench: the bench, which does not change. It must not be recording: a copy would also write.
-        link: the chain of the present value; acts on its ends are tried first.
+        link: the chain of the current value; acts on its ends are tried first.
     """
     if not can_copy():
         return None
@@ -168,7 +168,7 @@ def _try_on_copy(bench: Rack, acts: Sequence[Act], tag: str, requested: object) 
 
 
 def _time_to_value(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
-    """Do acts; return the time until a tag has the value in ns, a space, and the first stimulus.
+    """Do acts; return, as text, the time until a tag has the value (ns), a space, and the first stimulus.
 
     Returns "" if the tag does not get the value in `WITHIN_NS`.
     """
@@ -189,7 +189,7 @@ def _time_to_value(bench: Rack, acts: Sequence[Act], tag: str, requested: object
 
 
 def _acts(bench: Rack, link: CauseLink) -> list[Act]:
-    """Return each act once, beginning with acts on the ends of the chain."""
+    """Return each act once, starting with those on the ends of the chain."""
     acts: dict[str, Act] = {}
     for act in (*_acts_on_links(bench, link), *_acts_on_panels(bench)):
         acts.setdefault(act.text, act)

@@ -1,4 +1,4 @@
-"""Answers: why a bit, a word or a value of the program has its value, and what the modules wait for."""
+"""Answers why a bit, a word or a value of the program has its value, and what the modules wait for."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Why:
         return Past(self.recording, self.row)
 
     def address_of(self, text: str) -> Address:
-        """Return the address of a bit or word in an image; ValueError if the text is not an address."""
+        """Return the address of a bit or word in an image; raise ValueError if the text is not one."""
         return parse_address(text, self.words)
 
     @cached_property
@@ -85,7 +85,7 @@ class Why:
         return last.first_on(bits.slot, bits.image, bits.word, bits.mask)
 
     def explain(self, text: str, *, deep: bool = False) -> tuple[str, CauseLink]:
-        """Return why a value is as it is, in at most six lines, and its chain of causes.
+        """Return an explanation of a value in at most six lines, and its chain of causes.
 
         The text of a step also names its waits, see `answer_text`.
 
@@ -121,7 +121,7 @@ class Why:
             scans: the number of scans within which the value must change.
 
         Raises:
-            ValueError: an unknown name, or a value that does not fit.
+            ValueError: the name is unknown, or the value does not fit.
         """
         value: Any = None if requested is None else parse_value(requested)
         if self.debugger is None:

@@ -146,7 +146,7 @@ class RackChain:
         return self._chains
 
     def _program_mode_before(self, scan: int) -> str:
-        """Return since when the key was at program before the first scan in run mode; "" if it was not."""
+        """Return since when the key was in program position before the first run-mode scan; "" if never."""
         row = bisect_left(self.recording.numbers, scan)
         mode = of_cpu(self.recording, row - 1) if 0 < row < len(self.recording.numbers) else None
         if mode is None or mode.kind != "mode":
@@ -154,7 +154,7 @@ class RackChain:
         return f"the key was at program since {seconds(mode.now_ns)} s"
 
     def of_module(self, number: int, name: str, row: int, head: str = "") -> CauseLink:
-        """Return what a module does or waits for at a scan; a lost link has precedence."""
+        """Return what a module is doing or waiting for at a scan; a lost link takes precedence."""
         recording, slot = self.recording, self.slot(number)
         lost = of_link(recording, slot, recording.numbers[row])
         if lost is not None:
@@ -168,7 +168,7 @@ class RackChain:
     # --- the blocks of an axis, see `Blocks`
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
-        """Return what a busy block waits for; None for any other structure."""
+        """Return what a busy block is waiting for; None for any other structure."""
         slot, row = slot_of(self.chains.lowered, path), bisect_left(self.recording.numbers, scan)
         if slot is None or row >= len(self.recording.numbers):
             return None
@@ -222,7 +222,7 @@ class RackChain:
         return self._explain_unchanged_status(bits, name, row, cause)
 
     def _explain_unchanged_status(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
-        """Explain an unchanged status bit: what the module waits for, or a command that was never sent."""
+        """Explain an unchanged status bit by what the module is waiting for, or by a command never sent."""
         slot, value, start_ns = self.slot(bits.slot), self.value(bits, row), self.recording.times[0]
         past = SlotPast(Past(self.recording, row), slot)
         if value or not cause.commands or not is_idle(past):
@@ -367,7 +367,7 @@ class RackChain:
         return self.link("module", bits, name, row, text or self._meaning_of_change(bits, row), *causes)
 
     def _events_of_bits(self, slot: SlotInfo, bits: Bits, row: int) -> list[TraceEvent]:
-        """Return a module's events in a scan that name these bits; by default the events that name no bit."""
+        """Return a module's events in a scan that name these bits; if none, the events that name no bit."""
         events = [event for event in self._events_of_slot(row, slot.number) if event.topic == "/events"]
         names = set(self._bit_names(slot, bits))
         events_of_bits = [event for event in events if names.intersection(_bits_named_by(event))]
@@ -450,7 +450,7 @@ class RackChain:
                     yield "input", f"{terminal}: {text}"
 
     def _is_terminal(self, slot: SlotInfo, bits: Bits) -> bool:
-        """Whether bits show inputs of the module, and not its status."""
+        """Return whether bits show inputs of the module, and not its status."""
         if slot.words.modes is None:
             return True
         names = self._bit_names(slot, bits)
@@ -533,7 +533,7 @@ def _mask(cell: Cell) -> int:
 
 
 def _is_in(path: str, tag: str) -> bool:
-    """Whether a path is a tag or a member of it."""
+    """Return whether a path is a tag or a member of that tag."""
     return f"{path}.".upper().startswith(f"{tag}.".upper())
 
 
@@ -543,12 +543,12 @@ def _bits_named_by(event: TraceEvent) -> list[str]:
 
 
 def _may_be_by_input(event: TraceEvent) -> bool:
-    """Whether an input may have caused a module's event."""
+    """Return whether an input may have caused a module's event."""
     return event.fields.get("kind") == "rule" or event.fields.get("name") in _BY_INPUT
 
 
 def _is_stimulus_on(name: str, slot: SlotInfo, bits: Bits) -> bool:
-    """Whether a stimulus of an input affects bits of an input image."""
+    """Return whether a stimulus of an input affects bits of an input image."""
     if slot.words.modes is None:
         return True
     names = [bit_name.lower() for bit_name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
@@ -557,6 +557,6 @@ def _is_stimulus_on(name: str, slot: SlotInfo, bits: Bits) -> bool:
 
 
 def _is_order_on(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
-    """Whether an operator action on a slot affects bits of its input image; a press affects its input."""
+    """Return whether an action on a slot affects bits of its input image; a press affects its input."""
     fields = json_value(str(order.fields.get("order", "{}")))
     return "name" not in fields or _is_stimulus_on(str(fields["name"]), slot, bits)

@@ -1,4 +1,4 @@
-"""Runs a function in a copy of the process, in which rack, machine and program continue."""
+"""Runs a function in a copy of the process, in which the rack, machine and program continue."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def can_copy() -> bool:
-    """Return whether this system can copy a process: only POSIX can."""
+    """Return whether this system can copy a process; only POSIX systems can."""
     return hasattr(os, "fork")
 
 

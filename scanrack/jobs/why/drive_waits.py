@@ -1,4 +1,4 @@
-"""Waits of a networked drive, or of another module with two modes, in the names of its bits.
+"""Describes waits of a networked drive, or of another module with two modes, by its bit names.
 
 in configuration mode    for bit 15 of output word 0 to return to 0
 without a configuration  for a valid configuration
@@ -42,7 +42,7 @@ CLEARED_BY = {
 
 
 def drive_waits(past: SlotPast) -> list[str]:
-    """Return what a module waits for, as sentences."""
+    """Return what a module is waiting for, as sentences."""
     state = next(state for state_of in _STATES if (state := state_of(past)) is not None)
     return [state, *_errors(past)]
 
@@ -63,7 +63,7 @@ def _on(past: SlotPast, name: str) -> bool:
 
 
 def _lacks(past: SlotPast, name: str) -> bool:
-    """Whether the module has a status bit that is off."""
+    """Return whether the module has a status bit that is off."""
     return past.slot.words.place(name) is not None and not _on(past, name)
 
 

@@ -193,7 +193,7 @@ class _RecordedInputs:
     def plain(self, first: int, last: int) -> PlainInputs | None:
         """Return the inputs of some rows as arrays; None if the first scan or other inputs are among them.
 
-        All rows must be in one chunk: a chunk is a multiple of the distance between snapshots.
+        All rows must be in one chunk, whose length is a multiple of the distance between snapshots.
         """
         number = first // CHUNK_SCANS
         columns = self.recording.scans.chunk(number)

@@ -33,7 +33,7 @@ class Journal(QuietListener):
         self._scans.add(scan, now_ns, flags, self._memory)
 
     def recording(self) -> PackedTrace:
-        """Return all scans so far; ValueError before the first scan."""
+        """Return all scans so far; raise ValueError before the first scan."""
         if not len(self._scans):
             raise ValueError("no scans yet")
         return PackedTrace(self._slots, self._scans.packed(), tuple(self._events))

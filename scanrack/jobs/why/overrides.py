@@ -1,6 +1,6 @@
-"""Overrides of the program: a force, a fault or the mode of the CPU, a lost link to a module.
+"""Overrides of the program: a force, a fault or the mode of the CPU, or a lost link to a module.
 
-They have precedence in this order. An override determines the value, whatever the program writes.
+They take precedence in this order. An override determines the value, whatever the program writes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..record.link_losses import link_changes
 from .past import event_text
 
 SETTLES = 3
-"""Number of scans after a link returns in which a module's words still show what changed meanwhile."""
+"""Number of scans after a link returns that still show changes made while the link was lost."""
 
 CAUSES_OF_LOSS = {
     FaultKind.LINK_LOST.value: "link lost",
@@ -44,7 +44,7 @@ class Override:
 
 @dataclass(frozen=True, slots=True)
 class Loss:
-    """A time in which the link to a module was lost."""
+    """A period in which the link to a module was lost."""
 
     scan: int  # the first one without the link
     now_ns: int
@@ -74,12 +74,12 @@ def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Overri
 
 
 def spellings(place: Address) -> set[str]:
-    """Return the addresses under which a bit or word may be forced: its own, and that of its word."""
+    """Return the addresses under which a bit or word may be forced: its own, and its word's."""
     return {str(place), str(replace(place, bit=None))}
 
 
 def of_cpu(recording: PackedTrace, row: int) -> Override | None:
-    """Return why the program does not run in a scan: a fault, or program mode; None if it runs."""
+    """Return why the program is not running in a scan (a fault or program mode); None if it is running."""
     scan = recording.numbers[row]
     if recording.flags[row] & ScanFlag.FAULT:
         faults = [event for event in recording.events if event.topic == "/faults" and event.scan <= scan]
@@ -98,7 +98,7 @@ def of_cpu(recording: PackedTrace, row: int) -> Override | None:
 
 
 def losses(events: Iterable[TraceEvent], slot: int) -> Iterator[Loss]:
-    """Yield the times in which the link to a module was lost, in order."""
+    """Yield the periods in which the link to a module was lost, in order."""
     lost: tuple[int, int] | None = None
     for change in link_changes(events, slot):
         if not change.good and lost is None:

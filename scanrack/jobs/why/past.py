@@ -69,7 +69,7 @@ class Past:
         return rows
 
     def last_change_between(self, slot: int, image: str, word: int, first: int, last: int) -> int | None:
-        """Return the last row from `first` to before `last` that changed a word, or None."""
+        """Return the last row from `first` to `last` (exclusive) that changed a word, or None."""
         for row in range(last - 1, max(first, 1) - 1, -1):
             if self.words(slot, image, row)[word] != self.words(slot, image, row - 1)[word]:
                 return row
@@ -101,7 +101,7 @@ class Past:
 
     @cached_property
     def sequences(self) -> Sequence[Step]:
-        """The present waits of the program's sequences."""
+        """The current waits of the program's sequences."""
         return [steps[-1] for steps in steps_of(self.events).values()]
 
     def rules(self, slot: int) -> Sequence[TraceEvent]:
@@ -122,16 +122,16 @@ class SlotPast:
 
     @cached_property
     def out(self) -> tuple[int, ...]:
-        """The output image now."""
+        """The current output image."""
         return self.past.words(self.slot.number, "out", self.past.row)
 
     @cached_property
     def inputs(self) -> tuple[int, ...]:
-        """The input image now."""
+        """The current input image."""
         return self.past.words(self.slot.number, "in", self.past.row)
 
     def since(self, image: str, word: int, mask: int) -> str:
-        """Return since when bits have their values: " since scan 7 (0.014 s)"; "" if they never changed."""
+        """Return when bits got their values: " since scan 7 (0.014 s)"; "" if they never changed."""
         row = self.past.last_change(self.slot.number, image, word, mask)
         return "" if row is None else f" since {self.past.when(row)}"
 

@@ -44,7 +44,7 @@ class ProgramRerun:
         recording: returns the recording of the scans so far.
 
     Attributes:
-        replay: the present run; see `rewind`.
+        replay: the current run; see `rewind`.
     """
 
     replay: InputReplay
@@ -92,7 +92,7 @@ class ProgramRerun:
         """Run scans up to `last`; yield each one from `first` on, with its observer.
 
         Args:
-            observer: makes the observer of a scan from the program before it; None for no observer.
+            observer: returns the observer of a scan, given the program before the scan; None for no observer.
 
         Raises:
             ValueError: the scans can't be repeated.
@@ -158,7 +158,7 @@ def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: ran
 
 
 class _LinesOfFile(Observer):
-    """Notes the lines of a file that begin."""
+    """Notes the lines of a file that begin to run."""
 
     def __init__(self, file: str) -> None:
         self._file = file

@@ -30,7 +30,7 @@ Words = Callable[[int], Sequence[int]]
 
 
 def place_of(line: Line) -> str:
-    """Return file and line as text.
+    """Return the file and line as text.
 
     >>> from scanrack.jobs.why.source.lines import Line
     >>> place_of(Line("/plant/line.py", 56, "logic"))

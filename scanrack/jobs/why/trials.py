@@ -50,7 +50,7 @@ class ProgramTrials:
     Args:
         row: row of the scan after which the inputs change.
         terminal: names terminals; inputs without a name are status words of modules.
-        scans: maximum scans of a try, up to 255.
+        scans: maximum number of scans in a try, up to 255.
     """
 
     def __init__(
@@ -97,14 +97,14 @@ class ProgramTrials:
     def _scans_with(
         self, changes: Sequence[InputChange], rows: Iterator[int], read: Callable[[], Any], target: Value
     ) -> int | None:
-        """Run further scans with changed inputs; return their number until the value is reached, or None."""
+        """Run more scans with changed inputs; return how many it takes to reach the value, or None."""
         past = Past(self._recording, self._row)
         for slot in {change.cell.slot for change in changes}:
             self._replay.replace_inputs(slot, _image(past, slot, changes))
         return next((row - self._row for row in rows if read() == target), None)
 
     def _try_from_start(self, changes: Sequence[InputChange], watched: Watched, target: Value) -> int | None:
-        """Do as `_scans_with` with a reloaded program that runs from the start."""
+        """Do the same as `_scans_with`, but with a reloaded program that runs from the start."""
         present = self._replay
         try:
             with fresh(self._load) as logic:
@@ -131,13 +131,13 @@ class ProgramTrials:
         return replay.play(recording, 1 << 62)
 
     def block(self) -> bytes:
-        """Return the rack's present memory block in this run."""
+        """Return the rack's current memory block in this run."""
         return self._replay.block()
 
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], target: Value, name: Callable[[Bits], str]
     ) -> tuple[list[Candidate], list[Candidate]]:
-        """Return the inputs that the program has read: terminals, and status of modules."""
+        """Return the inputs that the program has read: terminals and module status."""
         constants = [*_constants(self._load)] + ([] if isinstance(target, bool) else [float(target)])
         past = Past(self._recording, self._row)
         terminals: list[Candidate] = []

@@ -1,4 +1,4 @@
-"""What a module with the words of a 3601 waits for, read from its two images and their past.
+"""Finds what a module with a 3601's words is waiting for, from its two images and their past.
 
     link lost                for its link
     in configuration mode    for a valid configuration, or for bit 15 of output word 0 to return to 0
@@ -55,7 +55,7 @@ CLEARED_BY = {
 
 
 def waits(past: SlotPast) -> list[str]:
-    """Return what a module waits for, as sentences."""
+    """Return what a module is waiting for, as sentences."""
     lost_link = _without_link(past)
     if lost_link is not None:
         return [lost_link]
@@ -77,7 +77,7 @@ def refused_configuration(past: SlotPast) -> str | None:
 
 
 def is_idle(past: SlotPast) -> bool:
-    """Return whether a module waits only for a command."""
+    """Return whether a module is waiting only for a command."""
     return next(state_of for state_of in STATES if state_of(past) is not None) is _idle
 
 
@@ -149,7 +149,7 @@ def _moves(past: SlotPast) -> str | None:
 
 
 def _motion_text(past: SlotPast) -> str:
-    """Return the present motion with its position and its end."""
+    """Return the current motion with its position and its end."""
     status = past.inputs[0]
     direction = "CW" if status & StatusMsw.MOVING_CW else "CCW"
     rate = next((f", {name}" for bit, name in _RATES if status & bit), "")

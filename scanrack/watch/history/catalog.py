@@ -1,4 +1,4 @@
-"""A ladder program for pages: routines, rungs and tags for the first message, and drawings of a routine."""
+"""A ladder program as pages show it: its routines, rungs and tags, and the drawings of a routine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from scanrack.runtime.loop.faults import Fault
 Json = dict[str, Any]
 
 MOST_HITS = 200
-"""Maximum number of hits of a search."""
+"""Maximum number of search results."""
 
 COLUMNS = range(40, 161)
 """Allowed widths of a rung, in columns."""
@@ -138,7 +138,7 @@ class Catalog:
             yield row | {"writable": not address_field} | address_field
 
     def _groups(self) -> Iterator[Json]:
-        """Yield the structures, since `tags` has only their members."""
+        """Yield the structures, since `tags` lists only their members."""
         for declaration in self._layout.declarations.values():
             if (
                 isinstance(declaration, Tag)
@@ -152,7 +152,7 @@ class Catalog:
                 }
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
-        """Return the names that forces use instead, where different: an address, or an alias's tag."""
+        """Return the name by which each tag is forced, if different: an address, or the tag of an alias."""
         addresses = {name: self._forced_as(name) for name in names}
         return {name: address for name, address in addresses.items() if address not in (None, name)}
 
@@ -165,7 +165,7 @@ class Catalog:
         """Return a routine's contents, and the answer with its drawing; for `operands` see `live_rung`.
 
         Raises:
-            ValueError: no such routine.
+            ValueError: the routine does not exist.
         """
         routines = {routine.name.upper(): routine for routine in self._program.routines}
         routine = routines.get(name.upper())

@@ -3,7 +3,7 @@
 events    the latest events, in order
 faults    of the CPU
 forces    by the first scan in which they were in effect
-lines     by the first scan in which a sequence waited there
+lines     by the first scan in which a sequence waited at the line
 pressed   by the first scan after an action that set an input or a tag
 rules     the latest rule that set each bit
 """
@@ -34,10 +34,10 @@ LAST_SCAN = 1 << 32
 STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 
 STATES = 10_000
-"""Minimum number of changes that are kept for each kind of state: forces, lines, rules."""
+"""Minimum number of changes to keep for each kind of state: forces, lines, rules."""
 
 STORED, NAMES_MOST = 500, 100
-"""Minimum number of changes that are kept for tags that clients write, and maximum number of these tags."""
+"""Minimum number of changes to keep for tags that clients write, and maximum number of these tags."""
 
 SEQUENCES, FORCES, FAULTS, INDICATORS = "/sequences", "/forces", "/faults", "/indicators"
 
@@ -78,7 +78,7 @@ class States(Protocol):
 
 
 class EventLog:
-    """The events, in the order of their reports.
+    """The events, in the order in which they were reported.
 
     Attributes:
         begin: number of the first event that is kept.
@@ -131,7 +131,7 @@ class EventLog:
             self.take({**event.fields, "scan": event.scan, "t": event.now_ns, "topic": event.topic})
 
     def take(self, event: Mapping[str, Any]) -> None:
-        """Add an event, with its scan, t and topic in the fields."""
+        """Add an event whose fields include its scan, t and topic."""
         topic, scan = event["topic"], event["scan"]
         self._first = min(self._first, scan)
         if topic == FORCES:
@@ -154,7 +154,7 @@ class EventLog:
             del self._events[: self._keep]
 
     def _is_change(self, topic: str, event: Mapping[str, Any]) -> bool:
-        """Return whether a state has changed, since a session repeats states."""
+        """Return whether an event changes a state; sessions also repeat states that have not changed."""
         fields = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
         previous, self._stated[topic] = self._stated.get(topic), fields
         return previous != fields
@@ -212,7 +212,7 @@ class EventLog:
         return self.begin or (0 if self.earlier is None else self.earlier.missing())
 
     def _earlier_scan(self, scan: int | None) -> int:
-        """Return a scan for `earlier`, before the events of this log, which a growing trace also has."""
+        """Return a scan for `earlier`, at most this log's first; a growing trace has these events too."""
         return self._first if scan is None else min(scan, self._first)
 
     def faults_at(self, scan: int | None) -> list[Fault]:

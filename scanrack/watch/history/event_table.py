@@ -1,4 +1,4 @@
-"""Tables of events: pieces up to a scan, without hidden kinds, from the latest event backwards.
+"""Tables of events, read in pieces from a scan backwards, without hidden kinds.
 
 events     rule  move  indicator  indicator  rule  stimulus        up to the scan of the page
 hidden                 x          x
@@ -16,7 +16,7 @@ from scanrack.io_images.module_words import ModuleWords
 Json = dict[str, Any]
 
 ERROR = "error"
-"""Another kind of events that report an error bit."""
+"""Additional kind of an event that reports an error bit."""
 
 
 class EventTable(NamedTuple):

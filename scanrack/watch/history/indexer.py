@@ -1,4 +1,4 @@
-"""A run of a recorded program with regular snapshots, so that any scan can be shown quickly.
+"""Reruns of a recorded program with regular snapshots, so that any scan can be shown quickly.
 
 scan      0 ... 4,095   4,096 ...   8,192 ...
 values    *             *           *            from here the replica reaches any scan within 60 ms
@@ -40,7 +40,7 @@ def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
 
 
 class Indexer:
-    """A run of a program on recorded images, from the first scan on.
+    """A rerun of a program with recorded images, starting from the first scan.
 
     Args:
         programs: the program and its edited versions, without routines in Python.

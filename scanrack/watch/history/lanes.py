@@ -1,4 +1,4 @@
-"""Lanes of tags for the timing strip: values after each scan, in few points that show every change.
+"""Lanes of tags for the timing strip: values after each scan, as a few points that show every change.
 
     BOOL       [t, 0 or 1]                    at each edge
                [t, level, edges]              per stretch of scans, if there are many
@@ -34,13 +34,13 @@ MOST_POINTS = 400
 """Maximum number of points of a tag in a frame or answer."""
 
 LIVE_SCANS = 1024
-"""Maximum number of scans that are repeated for a frame. Values before these scans are unknown."""
+"""Maximum number of scans to repeat for a frame. Values before these scans are unknown."""
 
 ANSWER_SCANS = 4096
 """Maximum number of scans in an answer. A page requests the others separately."""
 
 MOST_KEPT = 4000
-"""Minimum number of changes that are kept of a Python value."""
+"""Minimum number of changes to keep for a Python value."""
 
 Json = dict[str, Any]
 Point = list[Any]
@@ -55,7 +55,7 @@ def points_of(times: Sequence[int], values: Sequence[Any], previous: Any = UNKNO
 
     Args:
         values: values after the scans at `times`.
-        previous: the value before the first scan; UNKNOWN = begin with a point for the first value.
+        previous: the value before the first scan; UNKNOWN = start with a point for the first value.
     """
     changes = _changes(values, previous)
     if len(changes) <= MOST_POINTS:
@@ -108,7 +108,7 @@ def _counted(stretch: Sequence[bool]) -> Point:
 
 
 class ValueHistory:
-    """Values of a Python program, by the scans in which they were read."""
+    """Values of a Python program, by the scan in which they were read."""
 
     def __init__(self, period_ns: int) -> None:
         self.period_ns = period_ns
@@ -161,7 +161,7 @@ class TagLanes:
         """Return a piece of the latest scans, at most `LIVE_SCANS`.
 
         Args:
-            all_names: tags of all pages, since pages with the same scans share one repetition.
+            all_names: tags of all pages, since pages that show the same scans share one repetition.
         """
         images, plain_names = self._split(names)
         if self._replica is None or self._replica.is_impure:

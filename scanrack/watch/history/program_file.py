@@ -1,4 +1,4 @@
-"""The file of a ladder program: its digest, and changes of its rungs."""
+"""The file of a ladder program: its digest, and changes to its rungs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], s
 
 
 def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -> RungEdit:
-    """Return an edit of a program's file. Rungs of an .SLC file may use addresses of RSLogix 500."""
+    """Return an edit of a program's file. Rungs in an .SLC file may use RSLogix 500 addresses."""
     routine, number, texts = edit
     if Path(name).suffix in SLC_SUFFIXES:
         from scanrack.rockwell.slc.rewriting import program_text

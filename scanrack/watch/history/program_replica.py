@@ -4,7 +4,7 @@
     rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
     engine      512 ... 600 compiled, 601 traced          tags and power of scan 601
 
-Most requests are about the latest scan, so the engine continues from its present scan.
+Most requests are about the latest scan, so the engine continues from the scan it has reached.
 """
 
 from __future__ import annotations
@@ -39,22 +39,21 @@ from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_INPUTS = 50_000
-"""Minimum number of notes that are kept about other inputs; a
-program that writes its inputs has one per scan.
+"""Minimum number of notes to keep about other inputs; a program that writes its inputs has one per scan.
 """
 
 MOST_REPEATED = 8192
-"""Maximum number of scans that are repeated to reach a scan, in about 0.1 s for most programs."""
+"""Maximum number of scans to repeat to reach a scan, which takes about 0.1 s for most programs."""
 
 CHAPTERS = 120
-"""Number of stretches between snapshots that are searched for a change: half a minute at 2 ms per scan."""
+"""Number of stretches between snapshots to search for a change: half a minute at 2 ms per scan."""
 
 _SIZE_BYTES = 4
 _FIRST = int(ScanFlag.FIRST_SCAN)
 
 
 class ValueFile:
-    """An unnamed file with values of programs, which disappears with the process."""
+    """An unnamed file for values of programs, which is deleted when the process ends."""
 
     def __init__(self) -> None:
         self._file: IO[bytes] | None = None
@@ -81,7 +80,7 @@ class ValueFile:
 
 
 class SnapshotStore:
-    """The notes of the scan process about one program, see `watched_program`.
+    """The notes from the scan process about one program, see `watched_program`.
 
     Values are in a file, so that even a long session has a snapshot shortly before any scan.
     """
@@ -112,17 +111,17 @@ class SnapshotStore:
                 del self._input_scans[:MOST_INPUTS]
 
     def index_for(self, scan: int) -> int | None:
-        """Return the index in `scans` of the latest values up to a scan; None without values."""
+        """Return the index in `scans` of the latest values up to a scan; None if there are none."""
         index = bisect_right(self.scans, scan) - 1
         return None if index < 0 else index
 
     def values(self, index: int) -> dict[str, Any]:
-        """Return the values with an index in `scans`."""
+        """Return the values at an index in `scans`."""
         values: dict[str, Any] = self._file.read(self._offsets[index])[0]
         return values
 
     def truths(self, index: int) -> Truths:
-        """Return the power that was stored with the values, from the previous scan; {} without power."""
+        """Return the power of the previous scan that was stored with the values; {} if there is none."""
         truths: Truths | None = self._file.read(self._offsets[index])[1]
         return truths or {}
 
@@ -149,7 +148,7 @@ class SessionScans(Source):
         self._leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans with values, backwards from a scan; none if scans can't be repeated."""
+        """Yield the scans with stored values, backwards from a scan; nothing if scans can't be repeated."""
         latest = None if self._is_impure else self._store.index_for(scan)
         return iter(()) if latest is None else (self._store.scans[index] for index in range(latest, -1, -1))
 
@@ -212,7 +211,7 @@ class ProgramReplica(Replayer):
         return self._show_values(scan) if self.is_impure else super().show(scan)
 
     def _show_values(self, scan: int) -> bool:
-        """Show the latest stored values and power of a program whose scans can't be repeated."""
+        """Show the latest stored values and power up to a scan; return False if there are none."""
         index = self._store.index_for(scan + 1)
         if index is None:
             return False

@@ -19,11 +19,11 @@ _KINDS = {tokenize.COMMENT: "comment", tokenize.NUMBER: "number", tokenize.STRIN
 _F_STRING = {
     number for name in ("START", "MIDDLE", "END") if (number := getattr(tokenize, f"FSTRING_{name}", None))
 }
-"""Tokens of an f-string from Python 3.12 on."""
+"""Tokens of an f-string in Python 3.12 and later."""
 
 
 def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
-    """Return the spans of each line by number, from 1; stop at text that can't be tokenized."""
+    """Return the spans of each line by line number, from 1; stop at text that can't be tokenized."""
     spans: dict[int, list[Span]] = {}
     for token, kind in _tokens(lines):
         (first, begin), (last, end) = token.start, token.end
@@ -53,7 +53,7 @@ def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
 
 
 def _units(text: str, letters: int) -> int:
-    """Return the number of UTF-16 units in the first `letters` characters of a text."""
+    """Return the number of UTF-16 units in a text's first `letters` characters."""
     return len(text[:letters].encode("utf-16-le", "surrogatepass")) // 2
 
 
@@ -132,7 +132,7 @@ def _dotted(node: ast.expr) -> str:
 
 
 def _names_in(line: str) -> Iterator[str]:
-    """Yield the names and attributes that a line of Python reads; none for an incomplete statement."""
+    """Yield the names and attributes that a line of Python reads; nothing for an incomplete statement."""
     statement = line.strip()
     try:
         tree = ast.parse(f"{statement} pass" if statement.endswith(":") else statement)

@@ -8,7 +8,7 @@ import numpy as np
 from scanrack.runtime.live.ring import Rows
 
 KEPT = 1 << 16
-"""Minimum number of rows that are kept in a long session."""
+"""Minimum number of rows to keep in a long session."""
 
 
 class RecentRows:
@@ -51,7 +51,7 @@ class RecentRows:
         self.count += len(rows)
 
     def clear(self) -> None:
-        """Drop all rows when another session begins."""
+        """Drop all rows, since another session begins."""
         self._length = 0
         self.count += 1  # so that earlier positions are no longer valid
 

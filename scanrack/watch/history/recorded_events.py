@@ -1,4 +1,4 @@
-"""The events of a trace, read first around a page's scan, then backwards in the background.
+"""The events of a trace, which are read first around a page's scan, then backwards in the background.
 
 chunks     0    1    2    3    4    5    6    7
 read                      *    *    *              a page shows a scan of chunk 5
@@ -24,10 +24,10 @@ from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 Json = dict[str, Any]
 
 AT_ONCE = 4
-"""Number of chunks that are read at once for a new scan. Other chunks are read between frames."""
+"""Number of chunks to read at once for a new scan. Other chunks are read between frames."""
 
 MOST_EVENTS = 200_000
-"""Maximum number of events that are read in the background."""
+"""Maximum number of events to read in the background."""
 
 
 class _LatestStates(NamedTuple):
@@ -80,7 +80,7 @@ class RecordedEvents:
         return [index for index in self._with_events if index not in self._logs]
 
     def missing(self) -> int:
-        """Return how many chunks with events are not read yet."""
+        """Return how many chunks with events have not been read yet."""
         return len(self._missing())
 
     @property
@@ -104,7 +104,7 @@ class RecordedEvents:
         return events[-most:]
 
     def forces_at(self, scan: int | None) -> Json:
-        """Return the forces in effect in a scan, which the latest message up to it has reported."""
+        """Return the forces in effect in a scan, from the latest message up to that scan."""
         self._follow_trace()
         scan = LAST_SCAN if scan is None else scan
         for index in reversed(self._up_to(self._with_forces, scan)):
@@ -131,7 +131,7 @@ class RecordedEvents:
         return [fault for log in logs for fault in log.faults_at(scan)]
 
     def _states_in(self, scan: int | None) -> _LatestStates:
-        """Return the states in a scan, from the known chunks up to its own."""
+        """Return the states in a scan, from the known chunks up to the one that contains the scan."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))
         if self._latest_states[:2] != (scan, len(logs)):
             lines: Json = {}

@@ -38,7 +38,7 @@ Json = dict[str, Any]
 
 @dataclass(eq=False)
 class Stretch:
-    """A program and its scans, from `first` on.
+    """A program and its scans, starting with `first`.
 
     Attributes:
         logic: the program; None if it is unknown or must not run.
@@ -79,7 +79,7 @@ class Stretch:
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the program's file, see `online`; "" without a readable file."""
+        """Digest of the program's file, see `online`; "" if the file can't be read."""
         try:
             return "" if self.file is None else digest(self.file.read_bytes())
         except OSError:
@@ -87,7 +87,7 @@ class Stretch:
 
     @cached_property
     def layout(self) -> MemoryLayout:
-        """The places of the images in a row."""
+        """The locations of the images in a row."""
         return memory_layout(self.words.items())
 
     @cached_property
@@ -141,7 +141,7 @@ class Stretch:
         return ProgramReplica(self.logic, self.layout, self.timeline, self.store)
 
     def described(self, values: Mapping[str, object]) -> Json:
-        """Return routines, tags and stubs for a page."""
+        """Return the routines, tags and stubs for a page."""
         if self.catalog is not None:
             routines = self.catalog.routines()
             stubs = list(self.logic.stubs_in_use) if isinstance(self.logic, LadderLogic) else []
@@ -184,13 +184,13 @@ class Stretches:
         self.clear()
 
     def clear(self) -> None:
-        """Drop all programs when another session begins."""
+        """Drop all programs, since another session begins."""
         self.all: list[Stretch] = []
         self._stores: dict[int, SnapshotStore] = {}
         self._file = ValueFile()
 
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
-        """Add the program that runs from a scan."""
+        """Add the program that runs from a scan on."""
         number, store = len(self.all), self.store(len(self.all))
         stretch = Stretch(
             number, first, logic, file, lacks, self._words, self._timeline, self._history, store
@@ -199,7 +199,7 @@ class Stretches:
         return stretch
 
     def lose(self, first: int) -> None:
-        """Show no program from a scan on, since an unknown one ran there."""
+        """Show no program from a scan on, since an unknown program ran in those scans."""
         self.all = [stretch for stretch in self.all if stretch.first < first]
         self.add(first, None, None, "The trace does not contain the program of this scan.")
 

@@ -1,15 +1,15 @@
-"""The timing strip of rows: bits by their edges, positions as an envelope.
+"""The timing strip of rows, which shows bits by their edges and positions as an envelope.
 
     rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
 
-A pulse of one scan is visible, however many scans a frame has.
+A one-scan pulse is visible no matter how many scans a frame has.
 
 A piece of the strip has the times between which its points are valid:
 
     bit        [t, level]                     at each edge
     bit        [t, level, edges]              per stretch of scans, if there are many edges
     position   [t, least, greatest, last]     per stretch of scans
-    unknown    [t, None]                      from this time on: rows were lost, or there is no position
+    unknown    [t, None]                      from this time on, rows were lost or there is no position
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 class PositionPlace(NamedTuple):
-    """A position in the rack's memory."""
+    """The location of a position in the rack's memory."""
 
     slot: int
     quantity: Quantity
@@ -56,8 +56,9 @@ class Signals:
 
     Attributes:
         bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
-        positions: places of positions, by name.
-        modes: word of a module with configuration mode -> the word of its image whose sign bit is the mode.
+        positions: locations of positions, by name.
+        modes: word of a module that has a configuration mode -> the word of its image whose sign bit is the
+            mode.
     """
 
     bits: Mapping[int, Mapping[int, str]]
@@ -99,7 +100,7 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
 
 
 def _shown_bits(words: ModuleWords) -> list[tuple[str, BitPlace]]:
-    """Return the bits of a module; if both images have a bit, such as MODE_CONFIG, use the input's."""
+    """Return a module's bits; if both images have a bit, such as MODE_CONFIG, use the input image's."""
     named_bits = [(name, place) for names in words.groups.values() for name, place in names.items()]
     inputs = {name for name, place in named_bits if place.image == "I"}
     return [(name, place) for name, place in named_bits if place.image == "I" or name not in inputs]
@@ -118,7 +119,7 @@ def piece_of(
 
     Args:
         rows: rows in scan order; there may be gaps.
-        previous: the row before them; if empty, the first row begins every signal.
+        previous: the row before them; if empty, every signal starts with the first row.
         most: maximum number of points of a position, without gaps.
         formats: number formats of modules whose configuration selects them.
 
@@ -170,7 +171,7 @@ def _edges(rows: Rows, previous: Rows, begins: Flags, signals: Signals) -> dict[
 
 
 def _column(rows: Rows, word: int, signals: Signals) -> Words:
-    """Return a word of each row, without bits that have another meaning in configuration mode."""
+    """Return a word from each row, without bits that have a different meaning in configuration mode."""
     words = rows["words"].view(np.uint16)
     column = words[:, word]
     mode = signals.modes.get(word)
@@ -183,7 +184,7 @@ def _column(rows: Rows, word: int, signals: Signals) -> Words:
 def _positions(
     rows: Rows, begins: Flags, signals: Signals, most: int, formats: NumberFormats
 ) -> dict[str, list[Point]]:
-    """Return the points of positions, steps; None while the words mirror a configuration."""
+    """Return the points of positions, in steps; None while the words mirror a configuration."""
     words, times = rows["words"], rows["now_ns"]
     positions = {}
     scans = rows["scan"].astype(np.int64)

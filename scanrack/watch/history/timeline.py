@@ -1,4 +1,4 @@
-"""The scans of a session or trace by number: the latest from the ring, the others from the trace.
+"""The scans of a session or trace by number, the latest from the ring and the others from the trace.
 
     scan     0 ............................ 229,374 ............. 300,000
     from     the trace, a chunk at a time   the ring, in memory
@@ -23,7 +23,7 @@ from scanrack.traces.read.reader import Trace, open_trace
 from .recent import RecentRows
 
 WINDOWS = 4
-"""Number of windows of a trace in memory."""
+"""Number of windows of a trace to keep in memory."""
 
 WINDOW = 8192
 """Number of scans in a window."""
@@ -71,7 +71,7 @@ class Timeline:
         return np.concatenate([self._read(first, begins - 1), rows])
 
     def apart(self, first: int, last: int) -> Rows:
-        """Return rows of the trace for a single use, without loading windows."""
+        """Return rows of the trace for one-time use, without loading windows."""
         return self._columns(Selection(first, last))
 
     def values(self, scan: int) -> dict[str, Any]:
@@ -102,7 +102,7 @@ class Timeline:
         }
 
     def follow(self) -> bool:
-        """Read the new part of the trace; return whether there was one."""
+        """Read the new part of the trace; return whether there was a new part."""
         if self._trace is None:
             return self.opened() is not None
         grown = self._trace.follow()
@@ -124,7 +124,7 @@ class Timeline:
         self._trace = trace
 
     def forget(self, path: Path | None) -> None:
-        """Continue with another trace."""
+        """Close the trace, and continue with another one."""
         self.close()
         self.path = path
 

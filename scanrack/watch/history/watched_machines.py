@@ -18,7 +18,7 @@ PER_SLOT = 4
 
 @dataclass(slots=True)
 class _Zero:
-    """The shaft position at which a module's position is 0, steps from the shaft position at power-up.
+    """The shaft position at which a module's position is 0, in steps from the position at power-up.
 
     Only homing and presets change it, so lost steps stay visible as the difference between the shaft and the
     module's position.
@@ -32,7 +32,7 @@ class _Zero:
     invalid: bool = True
 
     def read(self, image: Image, shaft: int, format: NumberFormat) -> int:
-        """Update it from an input image and the shaft position, and return it.
+        """Update this position from an input image and the shaft position, and return it.
 
         Args:
             format: format of the position if the module's configuration selects it.

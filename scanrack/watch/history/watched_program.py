@@ -1,4 +1,4 @@
-"""Notes with which a monitor repeats the scans of a ladder program: inputs, and regular snapshots.
+"""Notes that let a monitor repeat the scans of a ladder program: inputs, and regular snapshots.
 
     scan          n         n+1       n+2  ...  n+1023
     notes         values    -         writes    -          values before n, writes before n+2
@@ -81,7 +81,7 @@ class LadderNotes:
         self.sent_scan = -every
 
     def must_note(self) -> bool:
-        """Return whether the latest scan had other inputs than its images."""
+        """Return whether the latest scan had inputs other than its images."""
         return self._debugger.news != self._noted_version
 
     def note(self, scan: int) -> None:

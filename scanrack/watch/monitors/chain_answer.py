@@ -1,4 +1,4 @@
-"""Cause chains for answers to pages: links as JSON, each with its rung or line."""
+"""Cause chains for answers to pages, as links in JSON, each with its rung or line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_LINKS = 60
 """Maximum number of links that a page gets, the closest first."""
 
 DEEPEST = 40
-"""Maximum depth of a chain, since each link takes the time of a scan."""
+"""Maximum depth of a chain, since each link takes as long as a scan."""
 
 _TOPICS = {
     "rule": "/events",
@@ -114,7 +114,7 @@ def links_of(chain: CauseLink) -> list[Json]:
 
 
 def _cause_groups(link: CauseLink, numbers: Mapping[CauseLink, int]) -> Iterator[list[int]]:
-    """Yield the numbers of the causes of a link, by group, without causes beyond `MOST_LINKS`."""
+    """Yield the numbers of a link's causes, by group, without causes beyond `MOST_LINKS`."""
     for group in link.causes:
         yield [numbers[cause] for cause in group if cause in numbers]
 

@@ -30,7 +30,7 @@ MOST_LISTED = 100
 """Maximum number of traces in a page's list, the newest first."""
 
 PIECE, MOST_SEARCHED = 4096, 65_536
-"""Number of scans that are compared at once, and maximum number for a question."""
+"""Number of scans to compare at once, and maximum number for a question."""
 
 
 class OpenedBeside(NamedTuple):
@@ -51,7 +51,7 @@ def recordings_beside(record: Path) -> list[str]:
 
 
 def described(path: Path, rack: RackSpec, page_trace: Path, parent: str | None) -> Json | None:
-    """Return an entry of a page's list of traces; None if it is of another rack or can't be read.
+    """Return an entry for a page's list of traces; None if it is from another rack or unreadable.
 
     Args:
         rack: rack of the page.
@@ -151,7 +151,7 @@ class Comparison:
         return None, searched
 
     def _pieces(self, scan: int, direction: int) -> Iterator[tuple[int, int]]:
-        """Yield the first and last scan of each piece that both traces may have, from a scan on."""
+        """Yield the first and last scan of each piece that both traces may have, starting from a scan."""
         low, high = self._common()
         if direction > 0:
             for first in range(max(scan + 1, low), min(high, scan + MOST_SEARCHED) + 1, PIECE):
@@ -161,14 +161,14 @@ class Comparison:
                 yield max(last - PIECE + 1, low), last
 
     def _common(self) -> tuple[int, int]:
-        """Return the first and last scan that both traces may have; 0 and -1 without common scans."""
+        """Return the first and last scan that both traces may have; 0 and -1 if they share no scans."""
         own, other = self._own.subject.timeline.extent, self.other.subject.timeline.extent
         if own is None or other is None:
             return 0, -1
         return max(own[0], other[0]), min(own[1], other[1])
 
     def _word_differences(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Return the common scans of a stretch, and for each scan a row of flags: which words differ."""
+        """Return the common scans of a stretch, and a row of flags per scan that mark differing words."""
         first = max(first, 0)
         own_rows = self._own.subject.timeline.between(first, last)
         other_rows = self.other.subject.timeline.between(first, last)
@@ -205,7 +205,7 @@ def _differing(own: Mapping[str, Any], other: Mapping[str, Any]) -> Json:
 
 
 def _differing_words(own: list[int], other: list[int] | None) -> Json:
-    """Return the other slot's words that differ, by index, inputs before outputs; none for another size."""
+    """Return the other slot's differing words by index, inputs before outputs; none if the sizes differ."""
     if other is None or len(other) != len(own):
         return {}
     pairs = enumerate(zip(own, other, strict=True))
@@ -216,7 +216,7 @@ def _differing_words(own: list[int], other: list[int] | None) -> Json:
 
 
 def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
-    """List the traces of this rack with which a page may compare, newest first."""
+    """List the traces of this rack with which a page may compare its own, newest first."""
     record, trace = _record_of(monitor), monitor.subject.timeline.opened()
     parent = None if trace is None else trace.head.metadata.get("parent")
     rack = monitor.subject.spec

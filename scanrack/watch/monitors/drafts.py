@@ -24,14 +24,14 @@ from .question_process import effects
 from .stretched import ReplayPackage
 
 LOOKED_BACK_NS = 10_000_000_000
-"""Time before the latest scan in which an edit is tried, ns."""
+"""Length of time before the latest scan over which an edit is tried, ns."""
 
 MOST_SCANS = 20_000
 """Maximum number of scans in this time, since a rack may run faster than real time."""
 
 
 def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
-    """Return the instructions and types for rungs, and a digest of the program."""
+    """Return the instructions and types that rungs may use, and a digest of the program."""
     program, _catalog = _edited(monitor)
     logic, _ = program.ladder, program.rung_index  # create the index before the first edit needs it
     instructions = [
@@ -87,7 +87,7 @@ def _row_of(mistake: Mistake) -> Json:
 
 
 def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
-    """Return a draft for an earlier program, adapted to the running program."""
+    """Return a draft that was based on an earlier program, adapted to the running program."""
     program, _catalog = _edited(monitor)
     draft = _parsed(question)
     programs = {earlier.digest: earlier for earlier in reversed(monitor.subject.programs.all)}

@@ -3,7 +3,7 @@
     values before scan n      inputs n, n + 1, ...      the running program      its values
                               the same                  the edited program       other values
 
-Both programs run on the recorded inputs, so the result ignores that the machine would have moved differently.
+Both programs run on the recorded inputs, so the result ignores how the machine would have moved differently.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _programs(package: ReplayPackage, folder: Path) -> tuple[LadderLogic, Ladder
 
 
 def _both_runs(package: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
-    """Return replicas of both programs that begin with the same values."""
+    """Return replicas of both programs that start with the same values."""
     old_engine, new_engine = (WatchedEngine(program.build(), program.scanner) for program in (old, new))
     restore(old_engine.memory, package.values)
     old_engine.scans = package.first

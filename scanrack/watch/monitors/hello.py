@@ -22,7 +22,7 @@ TITLES = {
     "cw_limit": "CW limit",
     "ccw_limit": "CCW limit",
 }
-"""Titles of the inputs of a 3601."""
+"""Titles of a 3601's inputs."""
 
 NAMES = {
     "amci3601": "AMCI 3601",
@@ -37,7 +37,7 @@ SECTIONS = {
     "command": "chapter 5, Command Words",
     "status": "chapter 6, Status Bits",
 }
-"""The section of the manual about the bits of a group."""
+"""The section of the manual that describes the bits of a group."""
 
 
 def slots_of(spec: RackSpec) -> list[Json]:
@@ -109,7 +109,7 @@ def addresses_of(spec: RackSpec) -> list[Json]:
 
 
 def inputs_of(slot: SlotSpec) -> list[Json]:
-    """Return the inputs of a module, which a person presses or a machine operates."""
+    """Return the inputs of a module, including whether a person or a machine operates each."""
     if slot.is_live:
         return []
     wired = slot.words.groups.get("input")

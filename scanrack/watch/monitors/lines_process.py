@@ -1,4 +1,4 @@
-"""The process that finds the executed lines of a Python program, which it runs again.
+"""The process that finds the executed lines of a Python program by rerunning it.
 
 The trace may still be growing, so the question includes its latest scans.
 """

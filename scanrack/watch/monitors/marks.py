@@ -22,7 +22,7 @@ from ..history.timeline import Timeline
 from .troubles import ErrorBit, ErrorWatch
 
 PIECE = 32_768
-"""Number of scans that are searched at once, in about 10 ms."""
+"""Number of scans to search at once, which takes about 10 ms."""
 
 SAME_SCANS = 2
 """Maximum number of scans between the report of a rule and its error bit."""
@@ -33,7 +33,7 @@ KINDS = ("fault", "error", "rule", "mode", "restart")
 FAILURES = ("fault", "error")
 
 SHOWN_MOST = 2_000
-"""Maximum number of marks on a page's axis. More marks are combined by stretches of scans."""
+"""Maximum number of marks on a page's axis. If there are more, they are combined by stretches of scans."""
 
 
 class Mark(NamedTuple):
@@ -91,7 +91,7 @@ class Marks:
         return self._sorted()[0]
 
     def find(self, scan: int, direction: int, kinds: Sequence[str] = KINDS) -> Mark | None:
-        """Return the next mark after a scan, or before it if `direction` is -1; None without one."""
+        """Return the next mark after a scan, or before it if `direction` is -1; None if there is none."""
         marks, scans = self._sorted()
         if direction > 0:
             candidates = marks[bisect_right(scans, scan) :]
@@ -108,7 +108,7 @@ class Marks:
         return self.find(scan + 1, -1, FAILURES) or self.find(scan, 1, FAILURES)
 
     def on_axis(self) -> list[list[Any]]:
-        """Return `[scan, kind, count]` of the marks on the axis; of many, the most severe per stretch."""
+        """Return `[scan, kind, count]` for marks on the axis; if many, the most severe per stretch."""
         marks = self.all
         if len(marks) <= SHOWN_MOST:
             return [[mark.scan, mark.kind, 1] for mark in marks]

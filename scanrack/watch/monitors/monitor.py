@@ -1,6 +1,6 @@
 """The contents of pages: a rack's rows, program and events, from a running session or a trace.
 
-A monitor works in one thread; `server` calls `tick` 30 times per second. `Subject` has the contents of
+A monitor runs in one thread, and `server` calls `tick` 30 times per second. `Subject` has the contents of
 pages; `session_monitor` and `trace_monitor` create it.
 """
 
@@ -40,7 +40,7 @@ ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
 """Rows per point of a position in a frame, and maximum number of points, since a fast rack has many rows."""
 
 BACK = 16_384
-"""Number of scans back from a scan that a question searches in images and recorded values."""
+"""Number of scans before a scan to search in images and recorded values for a question."""
 
 ALL_EVENTS = 1 << 40
 """Greater than any number of events."""
@@ -153,16 +153,16 @@ class Monitor(ABC):
         """Do some of the due work; return whether more work is due now."""
 
     def latest_actions(self, scan: int) -> list[tuple[int, str]]:
-        """Return the known actions up to a scan, since the latest ones may not be in the trace yet."""
+        """Return the known actions up to a scan; the latest ones may not be in the trace yet."""
         return []
 
     @abstractmethod
     def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
-        """Carry out an action of a page; raise ValueError if it is no action or is not allowed."""
+        """Carry out an action from a page; raise ValueError if it is not an action or is not allowed."""
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
-        """Return the contents of a frame that are not about a scan: state, speed, late scans, breakpoints."""
+        """Return the parts of a frame that are not about a scan: state, speed, late scans, breakpoints."""
 
     @abstractmethod
     def events(self, page: Page) -> Sequence[Json]:
@@ -171,7 +171,7 @@ class Monitor(ABC):
     # --- pages
 
     def wake(self) -> None:
-        """Wake all pages, since there may be changes."""
+        """Wake all pages to check for changes."""
         for page in self.pages:
             self.exchange_program(page)
             page.due.set()
@@ -189,7 +189,7 @@ class Monitor(ABC):
         self.pages.append(page)
 
     def greet(self, page: Page) -> None:
-        """Send a page its first message; the next frame then contains everything."""
+        """Send a page its first message, and make its next frame contain everything."""
         page.program = self.subject.programs.at(page.past)
         page.show(NOTHING_SHOWN)
         page.send({"hello": self.subject.described(self.about, page.program)})
@@ -235,7 +235,7 @@ class Monitor(ABC):
         return frame
 
     def exchange_program(self, page: Page) -> None:
-        """Send a page the program of its scan if it has changed.
+        """Send a page the program of the scan it shows if the program has changed.
 
         The message precedes the next frame, which has the power and the tags of the new program.
         """
@@ -246,7 +246,7 @@ class Monitor(ABC):
             page.send({"program": program.described(self.subject.values)})
 
     def event_table(self, scan: int) -> EventTable:
-        """Return a table of the known events at least up to a scan."""
+        """Return a table of the known events, at least up to a scan."""
         states = self.states
         if states.missing():
             return table_of((), states.up_to(scan, ALL_EVENTS), self.subject.words)

@@ -63,7 +63,7 @@ class Page:
         self.strip_position = self.lanes_scan = None
 
     def show(self, shown: PageRoutine) -> None:
-        """Show another routine, which the next frame contains completely."""
+        """Show another routine, and include all of it in the next frame."""
         self.shown = shown
         self.last.pop("power", None)
         self.last.pop("tags", None)
@@ -74,7 +74,7 @@ class Page:
         self.last.pop("tags", None)
 
     def compare(self, comparison: PageComparison | None) -> None:
-        """Begin a comparison, or end the present one with None."""
+        """Begin a comparison; None ends the current one."""
         if self.compared is not None:
             self.compared.close()
         self.compared = comparison
@@ -87,7 +87,7 @@ class Page:
         self.due.set()
 
     def may_send(self) -> bool:
-        """Count a message; return whether the page may send it now."""
+        """Count a message from the page; return whether the rate limit allows it."""
         now_ns = wall_ns()
         if len(self._times) == MESSAGES_PER_SECOND and now_ns - self._times[0] < SECOND_NS:
             return False

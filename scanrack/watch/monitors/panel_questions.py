@@ -20,7 +20,7 @@ READ_ONLY = "this session is read-only"
 
 
 def panel(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Return the operator panel, or for `items` that a page edits the binding or mistake of each."""
+    """Return the operator panel; for `items` that a page edits, return the binding or mistake of each."""
     bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
     if "items" in question:
         return drafted(question["items"], bindings)
@@ -47,7 +47,7 @@ def show_panel(monitor: Monitor, except_page: Page | None = None) -> None:
 
 
 def hold(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Keep the actions that release a page's presses when the page closes, is lost, or falls silent."""
+    """Store the actions that release a page's presses if it closes, disconnects or stops responding."""
     releases = question.get("give")
     if not isinstance(releases, list) or len(releases) > HOLDS_MOST:
         raise ValueError(f"give must be a list of up to {HOLDS_MOST} actions")
@@ -60,7 +60,7 @@ def hold(monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def left_pressed(monitor: Monitor) -> list[Json]:
-    """Return the actions that release momentary buttons which a panel has pressed and no page holds."""
+    """Return the release actions of momentary buttons that a panel pressed and no page is holding."""
     panel = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
     pressed, releases = monitor.states.pressed_at(None), []
     held_by_pages = [release for page in monitor.pages for release in page.releases]

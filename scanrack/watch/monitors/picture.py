@@ -21,10 +21,10 @@ from ..history.watched_machines import PER_SLOT
 Json = dict[str, Any]
 
 MOVING = ("MOVING_CW", "MOVING_CCW")
-"""Status bits with which modules report that they move."""
+"""Status bits with which modules report that they are moving."""
 
 SENT_BY_KEY = ("words", "values", "machine", "power", "tags")
-"""Parts of a frame of which only the changed keys are sent."""
+"""Parts of a frame for which only changed keys are sent."""
 
 
 def values_of(words: ModuleWords) -> dict[str, Quantity]:
@@ -35,7 +35,7 @@ def values_of(words: ModuleWords) -> dict[str, Quantity]:
 def described_values(words: ModuleWords) -> list[Json]:
     """Return the quantities of a module for `hello`.
 
-    `words` are indexes in the words of the slot, inputs before outputs. `format` is null if the module's
+    `words` are indexes into the slot's words, inputs before outputs. `format` is null if the module's
     configuration selects it.
     """
     rows = []
@@ -62,7 +62,7 @@ class RowLayout:
 
     @cached_property
     def layout(self) -> MemoryLayout:
-        """The places of the images in the memory."""
+        """The locations of the images in memory."""
         return memory_layout(self.slots.items())
 
     @cached_property
@@ -76,8 +76,8 @@ class RowLayout:
         Args:
             formats: number formats of modules whose configuration selects them.
             earlier: an earlier row for the speeds, or no rows.
-            past: whether the row is not the latest. Shaft and encoder are then unknown, since machines are
-                read only at intervals, and a trace has no figures.
+            past: whether the row is not the latest. The shaft and encoder are then unknown, since machines
+                are read only at intervals and traces have no figures.
         """
         words, scan = row["words"].tolist(), int(row["scan"])
         picture: Json = {"words": {}, "values": {}, "machine": {}}
@@ -139,19 +139,19 @@ class RowLayout:
 
 
 def _moves(module: ModuleWords, inputs: Sequence[int]) -> bool:
-    """Return whether a module reports that it moves; True if it has no such bits."""
+    """Return whether a module reports that it is moving; True if it has no status bits for this."""
     status = module.groups.get("status", {})
     moving = [status[name] for name in MOVING if name in status]
     return not moving or any(inputs[place.word] >> place.bit & 1 for place in moving)
 
 
 def _levels(module: ModuleWords, inputs: Sequence[int]) -> int | None:
-    """Return the levels of a machine's inputs from the module's input image; None if it lacks some."""
+    """Return the levels of a machine's inputs from the module's input image; None if some are missing."""
     return inputs[1] if is_stepper(module) else None
 
 
 def mode_of(flags: int) -> str:
-    """Return the mode from the flags of a scan: run, program or test."""
+    """Return the mode, which is run, program or test, from a scan's flags."""
     mode = CpuMode(flags & MODE_MASK)
     return mode_name(CpuMode.TEST if mode is CpuMode.SINGLE_SCAN else mode)
 
@@ -176,7 +176,7 @@ def changes_since(sent: Json, picture: Json) -> Json:
 
 
 def speed_reached(rows: Any) -> float | None:
-    """Return the speed of the scans in rows, as a multiple of real time; None for less than two rows."""
+    """Return the speed of the scans in rows, as a multiple of real time; None for fewer than two rows."""
     if len(rows) < 2:
         return None
     virtual_ns = int(rows["now_ns"][-1]) - int(rows["now_ns"][0])

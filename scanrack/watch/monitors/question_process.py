@@ -1,4 +1,4 @@
-"""Long questions, each of which a separate process answers within a time limit."""
+"""Long questions, each answered by a separate process within a time limit."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .page import Page
 from .stretched import ReplayPackage
 
 PATIENCE_S, WANT_PATIENCE_S, SHARE_PATIENCE_S = 20, 60, 120
-"""Time limits of a question, of the actions that lead to a value, and of a page to share, s."""
+"""Time limits for a question, for finding actions that lead to a value, and for a page to share, s."""
 
 HELPER = f"{__package__}.answering:main"
 """Main function of the processes."""
 
 
 class LongQuestion(NamedTuple):
-    """A question for a process, which calls the function `answer` of a module."""
+    """A question for a process, which calls a module's function `answer`."""
 
     module: str
     arguments: tuple[Any, ...]
@@ -35,7 +35,7 @@ class LongQuestion(NamedTuple):
 
 
 def why(trace: str, tag: str, more: Columns) -> LongQuestion:
-    """Return the question for the cause of a Python program's recorded value.
+    """Return the question that asks for the cause of a Python program's recorded value.
 
     Args:
         more: the latest scans, which may not be in the trace yet; the question is about the last one.
@@ -45,7 +45,7 @@ def why(trace: str, tag: str, more: Columns) -> LongQuestion:
 
 
 def want(trace: str, tag: str, value: object, scan: int, latest: Sequence[tuple[int, str]]) -> LongQuestion:
-    """Return the question for the actions after a scan that lead to a value.
+    """Return the question that asks which actions after a scan lead to a value.
 
     Args:
         latest: the latest actions, see `want_process`.
@@ -56,7 +56,7 @@ def want(trace: str, tag: str, value: object, scan: int, latest: Sequence[tuple[
 
 
 def share(trace: str, scan: int, *, trust: bool, rack: str) -> LongQuestion:
-    """Return the question for a shareable page of a trace that shows a scan first.
+    """Return the question that asks for a shareable page of a trace, which shows a scan first.
 
     Args:
         trust: whether the program in the trace may run.
@@ -67,21 +67,21 @@ def share(trace: str, scan: int, *, trust: bool, rack: str) -> LongQuestion:
 
 
 def effects(package: ReplayPackage) -> LongQuestion:
-    """Return the question for the effects that an edit would have had in the latest scans."""
+    """Return the question that asks what effects an edit would have had in the latest scans."""
     return LongQuestion(f"{__package__}.effects_process", (package,), "repeating the scans", PATIENCE_S)
 
 
 def lines(
     trace: str, scans: tuple[int, int], more: Columns, latest: Sequence[tuple[int, str]]
 ) -> LongQuestion:
-    """Return the question for the executed lines of a Python program, see `lines_process`."""
+    """Return the question that asks which lines of a Python program were executed, see `lines_process`."""
     arguments, command = (trace, *scans, more, latest), f"running the program again up to scan {scans[1]:,}"
     return LongQuestion(f"{__package__}.lines_process", arguments, command, PATIENCE_S, automatic=True)
 
 
 @dataclass(frozen=True, slots=True)
 class _Pending:
-    """A question without an answer yet."""
+    """A question that has not been answered yet."""
 
     page: Page
     number: object
@@ -94,13 +94,13 @@ class _Pending:
 
 
 class QuestionProcesses:
-    """The pending questions. A page has at most one of an operator, and one that it asks automatically."""
+    """The pending questions. A page has at most one operator question and one automatic question."""
 
     def __init__(self) -> None:
         self._pending: list[_Pending] = []
 
     def start(self, page: Page, number: object, question: LongQuestion) -> None:
-        """Start a process for a question, which ends an earlier one; the answer goes to the page."""
+        """Start a process to answer a page's question; end the page's earlier question of the same kind."""
         for pending in list(self._pending):
             if pending.page is page and pending.question.automatic is question.automatic:
                 self._end(pending, "another question was asked meanwhile")

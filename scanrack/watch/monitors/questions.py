@@ -1,4 +1,4 @@
-"""Answers to the questions of a page. A ValueError describes a mistake in a question."""
+"""Answers to a page's questions. A ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def look(monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def stop(_monitor: Monitor, page: Page, question: Question) -> Json:
-    """Make the page stop at the scan of each error bit of a module, or only show its name."""
+    """Make the page stop at the scan in which a module's error bit comes on, or only name the bit."""
     choice = question.get("at_errors")
     if choice not in ("stop", "off"):
         raise ValueError("at_errors must be stop or off")
@@ -169,10 +169,10 @@ def _marks_of(monitor: Monitor) -> Marks:
 
 
 def since(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Return since when a tag has its value of the page's scan, and the value before.
+    """Return when a tag got the value that it has in the page's scan, and the value before.
 
-    A question searches a stretch of scans. `from` is the scan from which the next question continues
-    backwards, or null at the first scan.
+    Each question searches one stretch of scans. `from` is the scan from which the next question continues
+    backwards; null if the first scan was reached.
     """
     tag, row, end = text_in(question, "tag"), monitor.row_of(page), question.get("from")
     if end is not None and type(end) is not int:
@@ -189,7 +189,7 @@ def since(monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def share(monitor: Monitor, page: Page, question: Question) -> None:
-    """Create a page of the trace that any browser can open, and that shows this page's scan first."""
+    """Create a page of the trace that any browser can open and that shows this page's scan first."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
         raise ValueError("no trace yet; start with --record")
@@ -249,7 +249,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {
 
 
 def handle_message(monitor: Monitor, page: Page, message: object) -> None:
-    """Carry out an action of a page, or answer its question; the answer describes a mistake."""
+    """Carry out a page's action or answer its question; if there is a mistake, the answer describes it."""
     number = message.get("id") if isinstance(message, Mapping) else None
     if not isinstance(number, int | str) or isinstance(number, bool):
         number = None

@@ -1,4 +1,4 @@
-"""The monitor of a session: it gets rows, notes and messages from the scan process, and sends actions."""
+"""The monitor of a session, which gets rows, notes and messages from the scan process and sends actions."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PANEL_TICKS = 15
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """Data of the scan process for a new monitor."""
+    """Data that the scan process passes to a new monitor."""
 
     shape: RingShape
     about: SessionFacts
@@ -59,7 +59,7 @@ class Loader:
     """The loaded programs of a session.
 
     Args:
-        rack: path of the rack file, for a program whose copy is incomplete.
+        rack: path of the rack file, which is used for a program whose copy is incomplete.
     """
 
     def __init__(self, rack: str) -> None:
@@ -68,7 +68,7 @@ class Loader:
         self._folders: set[Path] = set()
 
     def job(self, ran: SessionProgram) -> LoadedRack:
-        """Return a program, loaded at the first call; raise ValueError if it can't be loaded."""
+        """Return a program, which the first call loads; raise ValueError if it can't be loaded."""
         if ran not in self._jobs:
             forget(self._folders)
             try:
@@ -171,7 +171,7 @@ class SessionMonitor(Monitor):
         return self._index() | self._read_earlier()
 
     def _attend_panels(self) -> None:
-        """Release the presses of silent pages; send a panel to pages after its file has changed."""
+        """Release the presses of unresponsive pages; send the panel to pages if its file has changed."""
         for page in self.pages:
             if page.releases and wall_ns() > page.releases_due_ns:
                 self.release_presses(page)
@@ -192,7 +192,7 @@ class SessionMonitor(Monitor):
         return batch.rows
 
     def _report_errors(self, rows: Rows) -> None:
-        """Report the first new error bit to pages at the latest scan, some of which then stop there."""
+        """Report the first new error bit to pages at the latest scan; some of them then stop there."""
         first_error = self._errors.first(rows)
         if first_error is None:
             return
@@ -254,7 +254,7 @@ class SessionMonitor(Monitor):
         self.send_all({"edited": {key: message[key] for key in ("text", "new", "changed", "dropped")}})
 
     def _take_branch(self, message: Json) -> None:
-        """Start over for a branch, in which the rack continues in another way from a past scan on."""
+        """Start over for a branch, in which the rack continues differently from a past scan on."""
         self._setup = replace(
             self._setup,
             about=replace(self.about, record=message["record"]),
@@ -283,7 +283,7 @@ class SessionMonitor(Monitor):
     # --- earlier scans
 
     def _index(self) -> bool:
-        """Repeat some of the scans from before this monitor; return whether more scans remain."""
+        """Repeat some of the scans from before this monitor started; return whether more scans remain."""
         if not self._indexed:
             self._begin_index()
         indexer = self._indexer
@@ -298,7 +298,7 @@ class SessionMonitor(Monitor):
         return self._indexer is not None
 
     def _begin_index(self) -> None:
-        """Begin to repeat the scans before the first values from the scan process."""
+        """Start repeating the scans before the first values from the scan process."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         first_values = [min(program.store.scans) for program in subject.programs.all if program.store.scans]
@@ -320,7 +320,7 @@ class SessionMonitor(Monitor):
         self._indexer = Indexer(programs, subject.words, subject.spec, recorded_events, subject.keep)
 
     def _read_earlier(self) -> bool:
-        """Read some of the events from before this monitor; return whether more events remain."""
+        """Read some of the events from before this monitor started; return whether more events remain."""
         if self._earlier is None:
             return False
         if not self._earlier.tick():
@@ -330,7 +330,7 @@ class SessionMonitor(Monitor):
         return self._earlier is not None
 
     def _release_left_presses(self) -> None:
-        """Release buttons that pages of an earlier monitor left pressed, since it can't release them."""
+        """Release buttons that pages of an earlier monitor left pressed, since that monitor is gone."""
         if self._may_be_pressed and not self.about.read_only:
             for release in left_pressed(self):
                 if release not in self._releases:

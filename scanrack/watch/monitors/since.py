@@ -22,7 +22,7 @@ class LastChange(NamedTuple):
 
 
 Search = tuple[LastChange | None, int]
-"""The change or None, and the scan from which the next search continues backwards."""
+"""The change, or None, and the scan from which the next search continues backwards."""
 
 
 def last_change(monitor: Monitor, tag: str, scan: int) -> Search:

@@ -45,7 +45,7 @@ class Source(NamedTuple):
 
 
 def _panel_in(trace: Trace, rack: str) -> bytes:
-    """Return the file of the operator panel in a trace; empty without a panel."""
+    """Return the operator panel's file in a trace; empty if there is no panel."""
     files = {attachment.name: attachment.data for attachment in trace.attachments()}
     return files.get(panel_name(rack), b"")
 
@@ -151,7 +151,7 @@ class TraceMonitor(Monitor):
         return sorted([*super().all_events(), *mark_events], key=itemgetter("scan"))
 
     def run_once(self) -> None:
-        """Skip the indexer if the scans depend only on images, before a walk over all scans."""
+        """Before a walk over all scans, skip the indexer if the scans depend only on images."""
         recorded, past = self._recorded, self.subject.programs.all[0].past
         links = (link for slot in self.subject.words for link in recorded.links(slot, 0, self._last))
         is_plain = all(link.good for link in links) and not recorded.orders(0, self._last)
@@ -160,12 +160,12 @@ class TraceMonitor(Monitor):
             past.keep(0)
 
     def index_to(self, scan: int) -> None:
-        """Run the program's scans up to a scan, so that it can be repeated."""
+        """Run the program up to a scan, so that the scan can be repeated."""
         while self._indexer is not None and self._indexer.next <= scan and self._index():
             pass
 
     def _check_for_lost_edits(self) -> None:
-        """Show no program from the first scan on whose edited program the trace lacks."""
+        """Show no program after the first edit whose program is missing from the trace."""
         first = min(self._recorded.edits - self._program_starts, default=LAST_SCAN)
         if first < self._lost:
             from scanrack.jobs.replay.replaying import (
@@ -179,7 +179,7 @@ class TraceMonitor(Monitor):
             self.wake()
 
     def _advance_to(self, last: int) -> None:
-        """Advance to a new last scan, with the pages that show the previous last scan."""
+        """Advance to a new last scan, and move pages that show the previous last scan to it."""
         for page in self.pages:
             if page.past is None or page.past == self._last:
                 page.past = last

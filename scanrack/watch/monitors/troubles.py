@@ -41,7 +41,7 @@ class ErrorWatch:
         self._last: Rows | None = None
 
     def clear(self) -> None:
-        """Begin again with another session."""
+        """Start over, since another session begins."""
         self._last = None
 
     def is_on(self, row: Row, bit: ErrorBit) -> bool:
@@ -50,7 +50,7 @@ class ErrorWatch:
         return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
 
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
-        """Return the index of the first row in which an error bit comes on, and the bit; None without one."""
+        """Return the index of the first row in which an error bit comes on, and the bit, or None."""
         return min(self.all(rows), key=itemgetter(0), default=None)
 
     def all(self, rows: Rows) -> list[tuple[int, ErrorBit]]:
@@ -63,7 +63,7 @@ class ErrorWatch:
         return [(index - skipped, bit) for image, bit in self._bits for index in _rises(joined, image, bit)]
 
     def bit(self, slot: int, name: str) -> ErrorBit | None:
-        """Return the error bit of a slot with a name, or None."""
+        """Return a slot's error bit with a given name, or None."""
         return next((bit for _, bit in self._bits if (bit.slot, bit.name) == (slot, name)), None)
 
 

@@ -1,4 +1,4 @@
-"""The process that finds actions which lead to a value: it reruns the session, and tries them on copies.
+"""The process that finds actions that lead to a value: it reruns the session and tries them on copies.
 
 The question includes the latest actions, since they may not be in the trace yet.
 """
@@ -21,7 +21,7 @@ from scanrack.traces.read.reader import open_trace
 def answer(
     path: str, tag: str, value: object, scan: int, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the possible actions for a scan of a trace.
+    """Return the actions after a scan of a trace that lead to a value of a tag.
 
     Args:
         value: the wanted value of the tag.

@@ -1,4 +1,4 @@
-"""The process that finds the cause of a Python program's value; it runs the program again.
+"""The process that finds the cause of a Python program's value by rerunning the program.
 
 The trace may still be growing, so the question includes its latest scans.
 """

@@ -14,7 +14,7 @@ from .monitor import BACK, Json, Monitor
 from .page import Page
 
 LINES_AROUND = 500
-"""Number of scans before and after a scan that its answer about executed lines also includes."""
+"""Number of scans before and after a scan that an answer about executed lines also includes."""
 
 
 def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None = None) -> Json | None:
@@ -48,7 +48,7 @@ def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None 
 
 
 def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int | None, Row]:
-    """Return the past scan of a question, by default of its page, or None for the latest; and its row."""
+    """Return a question's past scan, by default its page's, or None for the latest; also return the row."""
     if scan is not None and type(scan) is not int:
         raise ValueError("scan must be a scan number")
     past = page.past if scan is None else scan
@@ -59,7 +59,7 @@ def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int |
 
 
 def _why_fault(monitor: Monitor, page: Page, question: Question, causes: Causes | None) -> Json | None:
-    """Explain the CPU's fault by the values that its rung or line has read."""
+    """Explain the CPU's fault by the values that the faulted rung or line read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
         raise ValueError("the CPU has not faulted up to this scan")
@@ -80,7 +80,7 @@ def _why_fault(monitor: Monitor, page: Page, question: Question, causes: Causes 
 
 
 def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan: int) -> None:
-    """Start a process that answers, since a Python program must run again from its first scan on."""
+    """Start a process to find the answer, since a Python program must be rerun from its first scan."""
     trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
     if program.logic is None or trace is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
@@ -93,7 +93,7 @@ def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan
 
 
 def ran(monitor: Monitor, page: Page, question: Question) -> None:
-    """Start a process that finds the lines of a Python program executed in scans around the page's scan."""
+    """Start a process that finds the Python lines that were executed in scans around the page's scan."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     program, extent = monitor.subject.programs.at(page.past), monitor.subject.timeline.extent
     if trace is None or row is None or extent is None:

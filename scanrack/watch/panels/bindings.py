@@ -13,7 +13,7 @@ from ..history.stretch import Json, Stretch
 from .panel_file import ANY, BIT, KINDS, NUMBER
 
 NEAREST = 3
-"""Maximum number of names that are suggested for an unknown one."""
+"""Maximum number of names suggested for an unknown name."""
 
 HINTS_MOST, COMPARED_MOST = 5, 100
 """Maximum unknown tags per panel that get hints, and names compared with each, since all pages wait."""
@@ -26,7 +26,7 @@ TYPES: Mapping[str, Callable[[str], object]] = {
     NUMBER: lambda name: name == "BOOL" or _NUMBERS.fullmatch(name) is not None,
     ANY: bool,
 }
-"""Checks of the types of tags, by the `types` of a kind of items."""
+"""Checks of tag types, by the `types` of a kind of item."""
 
 
 class Bindings:
@@ -50,7 +50,7 @@ class Bindings:
         self._hints_left = HINTS_MOST
 
     def binding_of(self, item: Mapping[str, Any]) -> Json:
-        """Return the binding of an item: how a page reads and operates it.
+        """Return the binding of an item, which describes how a page reads and operates it.
 
         `read` is the name of its value, and `type` the type of the value, "" if unknown. `press` has the
         slot, the name and the released level of an input; the level is null if a machine operates the input.
@@ -68,7 +68,7 @@ class Bindings:
         return {**source, "broken": broken}
 
     def _hint(self, tag: str) -> str:
-        """Return a hint with similar names for an unknown tag, or ""; hints are cached."""
+        """Return a hint with names similar to an unknown tag, or ""; hints are cached."""
         hints, key = self._program.hints, (tag, len(self._names))
         if key not in hints and self._hints_left:
             self._hints_left -= 1

@@ -1,4 +1,4 @@
-"""The panel of a rack, from its file or from a trace: its description for pages, and its changes."""
+"""The panel of a rack, from its file or from a trace, with its description for pages and its changes."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ EDITING = {
         for name, kind in KINDS.items()
     },
 }
-"""The rules of panels for a page that edits one."""
+"""The rules for panels, sent to a page that edits one."""
 
 
 def stamp_of(path: Path) -> tuple[int, int] | None:
-    """Return the time and the size of a file, which a change alters; None for a missing file."""
+    """Return the time and size of a file, which change when it is written; None for a missing file."""
     try:
         stat = path.stat()
     except OSError:

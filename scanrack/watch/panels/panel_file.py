@@ -8,8 +8,8 @@
     at = [0, 0]
     size = [3, 2]
 
-It has a TOML table per item, and a line per key. Tables keep their order. Keys have the order of `FIELDS`. A
-change of an item changes only its own lines.
+The file has one TOML table per item, and one line per key. Tables keep their order. Keys are in the order of
+`FIELDS`. A change to an item changes only its own lines.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ COMMENT = "comment"
 
 
 class Kind(NamedTuple):
-    """A kind of items."""
+    """A kind of item."""
 
     title: str  # its name in HMI editors
     types: str  # allowed types of its tag, a key of `bindings.TYPES`
@@ -110,7 +110,7 @@ FIELDS: Mapping[str, tuple[Check, str]] = {
     "decimals": (_integer(range(7)), "0 to 6"),
     "color": (lambda value: isinstance(value, str) and value in COLORS, ", ".join(COLORS)),
 }
-"""The check of each field and its allowed values in messages, by name, in the order of the file."""
+"""The check of each field, and its allowed values as messages show them, by name, in file order."""
 
 
 class Panel(NamedTuple):
@@ -144,7 +144,7 @@ def parse_panel(text: str) -> Panel:
 
 
 def _plain(value: Any) -> Any:
-    """Return a TOML value with its decimals as floats."""
+    """Return a TOML value with decimals converted to floats."""
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -153,7 +153,7 @@ def _plain(value: Any) -> Any:
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
-    """Return the comment lines at the top, up to an empty line, and those of each item."""
+    """Return the comment lines at the top, up to an empty line, and each item's comment lines."""
     head: list[str] = []
     comments: list[list[str]] = []
     waiting: list[str] = []
@@ -198,7 +198,7 @@ def _lines(item: Json) -> Iterable[str]:
 
 
 def refusals(items: object) -> dict[int, str]:
-    """Return the mistakes in items, by index: the item's name, the value, and the allowed values."""
+    """Return the mistakes in items by index, each with the item's name, value and allowed values."""
     if not isinstance(items, list) or not all(isinstance(entry, dict) for entry in items):
         raise ValueError("item must be tables: [[item]]")
     if len(items) > MOST_ITEMS:

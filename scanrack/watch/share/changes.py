@@ -1,4 +1,4 @@
-"""The values of a trace as lists of changes, from one walk over its scans.
+"""The values of a trace as lists of changes, collected in a single pass over its scans.
 
     scan       100  101  102  103  104
     value        7    7    9    9    7      list: scans 100 102 104, values 7 9 7
@@ -31,7 +31,7 @@ class Difference(NamedTuple):
 
 
 class ChangeLists:
-    """Lists of changes by key: a part of a frame, and names on other lines, such as `tags`, `0`, `Start`."""
+    """Lists of changes; a key is a part of a frame and names, a line each, such as `tags`, `0`, `Start`."""
 
     def __init__(self) -> None:
         self._lists: dict[str, tuple[list[int], list[Any]]] = {}
@@ -44,7 +44,7 @@ class ChangeLists:
             values.append(value)
 
     def list_of(self, key: str) -> tuple[list[int], list[Any]]:
-        """Return a list, created if necessary: the scans of its changes, and the value from each scan on."""
+        """Return a list, created if necessary: its change scans, and the value from each of them on."""
         return self._lists.setdefault(key, ([], []))
 
     def set_list(self, key: str, scans: list[int], values: list[Any]) -> None:
@@ -62,7 +62,7 @@ class ChangeLists:
 
         Args:
             parts: parts of a frame whose lists are compared.
-            scans: the scans that both have.
+            scans: the scans that both traces have.
         """
         keys = [key for key in self._lists.keys() & other._lists.keys() if key.partition("\n")[0] in parts]
         unequal_scans = {key: self._first_unequal(other, key, scans) for key in keys}
@@ -81,9 +81,9 @@ class ChangeLists:
         return None
 
     def packed(self, first: int) -> dict[str, dict[str, Any]]:
-        """Return the lists for a page: values, and scans as differences, the first one from `first`.
+        """Return the lists for a page: their values, and their scans as differences from `first` on.
 
-        Integers are also differences (`columns` has a list per array element), so counters take
+        Integers are also stored as differences (`columns` has a list per array element), so counters take
         almost no space.
         """
         return {
@@ -92,7 +92,7 @@ class ChangeLists:
         }
 
     def last_changes(self, part: str, scan: int) -> dict[str, int]:
-        """Return the scan of the last change of each list in a part up to a scan, by name; -1 without one."""
+        """Return, by name, the scan in which each list in a part last changed, up to a scan; -1 if none."""
         latest = {}
         for key, (scans, _) in self._lists.items():
             if key.startswith(f"{part}\n"):

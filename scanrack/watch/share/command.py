@@ -25,14 +25,14 @@ from .failure import Failure
 from .page_file import SHARED_PAGE, page_of
 
 WHOLE_SCANS = 50_000
-"""Maximum number of scans of a trace that is shared completely."""
+"""Maximum number of scans in a trace that is shared completely."""
 
 BEFORE, AFTER = 20_000, 2_000
 """Numbers of scans before and after the scan shown first, for a longer trace."""
 
 
 class ShareOptions(NamedTuple):
-    """The options of a page, with at most one of scan and time."""
+    """The options of a page, of which at most one of scan and time is set."""
 
     scan: int | None = None  # the scan shown first; None = the last one
     time_ns: int | None = None  # the time shown first
@@ -149,11 +149,11 @@ def _share_command(
     ] = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python from the trace.")] = False,
 ) -> None:
-    """Export as one HTML file, which any browser opens without a network.
+    """Export as one HTML file that any browser can open without a network.
 
     The page has rungs with power, tags, words, machine, timing strip and events of each scan. It explains the
     values of up to 20 tags in the scan shown first. It needs no server, and a content policy blocks all
-    connections. It has at most 10 MB. The command prints what readers of the page can see.
+    connections. Its size is at most 10 MB. The command prints what readers of the page can see.
 
     Examples: scanrack share run.mcap; scanrack share run.mcap --at "8.2 s" -o failure.html
 

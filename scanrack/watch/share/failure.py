@@ -1,4 +1,4 @@
-"""A failed test for a page: its message, and the first difference from the last run that passed."""
+"""A failed test for a page, with its message and the first difference from the last run that passed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COMPARED = ("words", "power", "tags", "mode", "forced")
 """Parts of a frame that are compared with the run that passed."""
 
 MOST_NAMES = 8
-"""Maximum number of tags, of rungs, and of images in the difference."""
+"""Maximum numbers of tags, rungs and images in the difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Failure:
 
 
 def _names_by_kind(keys: Iterable[str], layout: MemoryLayout) -> Json:
-    """Return the names of lists: of tags, of rungs, and of images or states of the rack."""
+    """Return the names of lists by kind: tags, rungs, and images or states of the rack."""
     tags, rungs, others = [], [], []
     for key in keys:
         part, *fields = key.split("\n")

@@ -1,4 +1,4 @@
-"""Power and tags of a ladder program as lists of changes, from one walk over its scans.
+"""Power and tags of a ladder program as lists of changes, collected in a single pass over its scans.
 
 A scan changes few of the program's variables, so only tags in changed variables are read.
 """
@@ -26,7 +26,7 @@ from .changes import ChangeLists
 
 
 def take_ladder(replica: ProgramReplica, walk: LadderWalk, scans: range) -> int:
-    """Collect power and tags of a ladder program in scans; return the scan after the last known one."""
+    """Collect power and tags of a ladder program in scans; return the scan after the last known scan."""
     scan = scans.start
     for _ in replica.walk(scans.start, scans.stop - 1, noted=True):
         walk.note(scan)
@@ -72,7 +72,7 @@ class _Variable:
 
 
 class LadderWalk:
-    """A collection of changes in successive scans, which reads only tags with changed variables.
+    """Collects changes in successive scans, and reads only tags in changed variables.
 
     Args:
         lists: the changes are added to these lists.
@@ -165,7 +165,7 @@ def _variables_of(place: Place | Group, memory: Memory) -> Iterator[tuple[str, S
 
 
 def _has_elements(cell: CellType) -> bool:
-    """Return whether changes of a variable's elements are distinguished."""
+    """Return whether changes are tracked for each element of a variable."""
     return isinstance(cell.cell_contents, list | memoryview)
 
 

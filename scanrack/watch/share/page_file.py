@@ -1,4 +1,4 @@
-"""A shared page as one file that loads nothing else: script, style, data, and perhaps the trace.
+"""A shared page as one self-contained file with script, style, data, and optionally the trace.
 
 <meta> content policy      hashed scripts, script and images from `data:`; no connections
 <style>                    watch.css
@@ -122,7 +122,7 @@ def recording_beside(page: Path) -> Path:
     """Write the trace in a page to a file beside the page with the same name; return its path.
 
     Raises:
-        ValueError: see `recording_in`, or another file with that name exists.
+        ValueError: see `recording_in`; also if another file with that name exists.
         OSError: a file can't be read or written.
     """
     content, trace = recording_in(page), page.with_suffix(".mcap")

@@ -1,4 +1,4 @@
-"""The process that makes a page to share, since this takes seconds."""
+"""The process that creates a page to share, which takes seconds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .command import ShareOptions, shared
 
 
 def answer(trace: str, scan: int, trust: bool, rack: str) -> dict[str, Any]:
-    """Return the page of a trace in base64; the latest scan replaces one that is not in the trace yet.
+    """Return a trace's page in base64; a scan not yet in the trace is replaced by the latest scan.
 
     Raises:
         ValueError: the trace can't be used or read, or the page would be too large.

@@ -1,4 +1,4 @@
-"""Actions of the instructions: tables of registers and command codes, and a few short functions."""
+"""Actions for the instructions: tables of registers and command codes, and a few short functions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scanrack.io_images.pcl601.registers import Register
 from ..stored import Axis601
 
 Action = Callable[[Axis601, Step], bool]
-"""Carries out a step; returns whether the controller accepts it."""
+"""Function that carries out a step and returns whether the controller accepts it."""
 
 REGISTERS: Mapping[str, Register] = {
     "ACCEL": Register.ACCEL,
@@ -37,7 +37,7 @@ REGISTERS: Mapping[str, Register] = {
     "IOTF": Register.INDEX_ON_FLY,
     "REGINDEX": Register.STEPS,
 }
-"""Register that an instruction writes."""
+"""The register that each instruction writes."""
 
 COMMANDS: Mapping[str, int] = {
     "HOME0": 2,
@@ -48,7 +48,7 @@ COMMANDS: Mapping[str, int] = {
     "SETASPEED": 7,
     "ENCRESET": 15,
 }
-"""Command code of an instruction [section 4]."""
+"""The command code of each instruction [section 4]."""
 
 
 def _parameter(register: Register) -> Action:
@@ -72,4 +72,4 @@ ACTIONS: Mapping[str, Action] = {
     "OUTPUTS": lambda axis, step: axis.set_outputs(int(step.values[0])),
     "TEXT": lambda axis, step: axis.send_text(str(step.values[0])),
 }
-"""Actions on the axis; `machine` carries out the instructions that control the flow."""
+"""Actions on the axis; `machine` carries out the flow control instructions."""

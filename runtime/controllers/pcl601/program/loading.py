@@ -19,7 +19,7 @@ def read_program(file: Path) -> Program:
     """Read a program in the text format.
 
     Raises:
-        ValueError: the file is not a program, or can't be read; the message has file, line and column.
+        ValueError: the file is not a program, or can't be read; the message contains file, line and column.
     """
     try:
         return parse_program(read_checked(file, TextKind.STORED))
@@ -34,7 +34,7 @@ def read_program(file: Path) -> Program:
 
 
 def load(controller: Pcl601Controller, program: Program) -> None:
-    """Load a program and its `.autostart` flag into memory; the program does not start now."""
+    """Load a program and its `.autostart` flag into memory without starting the program."""
     controller.runner = ProgramMachine(program)
     if program.autostart is not None:
         controller.autorun = program.autostart

@@ -6,7 +6,7 @@
     +500   FINISH         repeats every millisecond, until the controller is not busy
     ...
 
-The manual has no time for an instruction; one millisecond is an interpretation.
+The manual does not state how long an instruction takes; one millisecond is an interpretation.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from ..stored import Axis601
 from .actions import ACTIONS
 
 INSTRUCTION_NS = 1_000_000
-"""Time of one instruction, ns."""
+"""Duration of one instruction, ns."""
 
 
 class ProgramMachine:
     """Runs one stored program.
 
-    The controller calls `advance` exactly at `next_wake_ns`, after motion and pins. A refused action sets an
-    error bit in the controller and ends the program.
+    The controller calls `advance` exactly at `next_wake_ns`, after it has updated motion and pins. A refused
+    action sets an error bit in the controller and ends the program.
 
     Attributes:
         line: index of the next step.
-        next_wake_ns: instant of the next step, None while the program does not run.
+        next_wake_ns: instant of the next step, or None while the program is not running.
     """
 
     def __init__(self, program: Program) -> None:
@@ -44,7 +44,7 @@ class ProgramMachine:
 
     @property
     def running(self) -> bool:
-        """Whether the program has started and not ended."""
+        """Whether the program has started and has not ended."""
         return self.next_wake_ns is not None
 
     def start(self, now_ns: int) -> None:
@@ -69,7 +69,7 @@ class ProgramMachine:
         self._previous_line = line
 
     def _carry_out(self, step: Step, axis: Axis601) -> bool:
-        """Carry out a step and advance to the next one; return whether the program continues."""
+        """Carry out a step and go on to the next one; return whether the program continues."""
         if step.instruction.needs_idle and axis.busy:
             axis.report(Error.BUSY)
             return False
@@ -135,7 +135,7 @@ class ProgramMachine:
         ]
 
     def _loop(self, step: Step, _axis: Axis601) -> bool:
-        """Jump to the label until the body has run the programmed number of times."""
+        """Jump to the label until the loop has run the programmed number of times."""
         passes_left = self._passes_left.pop(self.line, int(step.values[0])) - 1
         if passes_left == 0:
             self.line += 1
@@ -156,4 +156,4 @@ _FLOW: Mapping[str, Callable[[ProgramMachine, Step, Axis601], bool]] = {
     "LOOP OUTER": ProgramMachine._loop,
     "LOOP INNER": ProgramMachine._loop,
 }
-"""Instructions that control the flow."""
+"""Functions that carry out the flow control instructions."""

@@ -1,1 +1,1 @@
-"""An AMCI networked drive under the 3601's command layer: link, axis, capabilities."""
+"""An AMCI networked drive operated by the 3601's command layer: link, axis, capabilities."""

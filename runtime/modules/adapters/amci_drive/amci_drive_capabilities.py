@@ -1,4 +1,4 @@
-"""Capabilities of a networked drive with the adapter."""
+"""What a networked drive can do through the adapter."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _too_slow(request: AxisRequest, options: AmciDriveOptions) -> bool:
 
 
 def _no_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    """Return whether the drive has no jerk as gentle as the S-curve or, with option strict, equal to it."""
+    """Return whether the drive lacks a jerk as gentle as the S-curve (option strict: equal to it)."""
     if not has_ramps(request):
         return False
     profile = profile_of(request)
@@ -79,7 +79,8 @@ def _has_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
 def _has_curved_segment(request: AxisRequest, options: AmciDriveOptions) -> bool:
     """Return whether the first block of a blend program has an S-curve.
 
-    Words 3 and 4 have two bits for each segment, the first segment lowest; the lower bit selects an S-curve.
+    Words 3 and 4 have two bits per segment, with the first segment in the lowest bits; the lower bit selects
+    an S-curve.
     """
     words = request.command.words
     segment_types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16

@@ -1,4 +1,4 @@
-"""Options of the adapter of a networked drive."""
+"""Options of the adapter for a networked drive."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ LIMITS = SMD23E2.limits
 
 
 class AmciDriveOptions(Options):
-    """Substitutions, wiring and motor of the drive.
+    """Substitutions, and the drive's wiring and motor.
 
     Attributes:
         model: model of the drive.
         axis: number of the drive in a stack, 1 to 12.
         in1: input of the 3601 that is wired to input 1.
         in2: input of the 3601 that is wired to input 2.
-        unwired: inputs that the configuration uses and that are not wired: "inactive" reads them as inactive,
-            "reject" refuses the configuration.
+        unwired: what to do if the configuration uses inputs that are not wired: "inactive" reads them as
+            inactive, "reject" refuses the configuration.
         rpi_ms: time between exchanges, ms, 1 to 100; a response after this time is late.
-        strict: refuse S-curves that no jerk of the drive matches exactly.
+        strict: whether to refuse S-curves that none of the drive's jerks matches exactly.
         diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
             feedback.
-        encoder_move: "polled" ends an encoder move after a read of the count; "refuse" refuses it.
+        encoder_move: "polled" ends an encoder move when the count that is read reaches the target; "refuse"
+        refuses the move.
         steps_per_turn: motor steps per turn, 200 to 32,767.
         counts_per_turn: x4 counts per turn of the encoder.
         current: motor current, 0.1 A.
@@ -54,7 +55,7 @@ class AmciDriveOptions(Options):
 
     @property
     def row(self) -> Model:
-        """The model's row."""
+        """The row for the model."""
         return MODELS[self.model]
 
     @property

@@ -1,4 +1,4 @@
-"""A networked drive as the command layer's axis."""
+"""A networked drive that serves as the command layer's axis."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @override
     def note_configuration(self, configuration: Configuration) -> None:
-        """Pass inputs, encoder and starting speed to the driver."""
+        """Pass the inputs, encoder and starting speed to the driver."""
         self.driver.note_configuration(configuration)
 
     @property
     def found_home(self) -> bool:
-        """Whether the last search ended at home."""
+        """Whether the last search for home ended at home."""
         return self.driver.found_home
 
     @property
     @override
     def ramp(self) -> int:
-        """The last ramp state of the drive's status, or the expected one before its first status."""
+        """The ramp state from the drive's last status, or the expected one before the first status."""
         task = self.task
         if task is None or task.model is None:
             return super().ramp
@@ -59,7 +59,7 @@ class DriveAxis(ProfileAxis[DriveProfile]):
     @property
     @override
     def levels(self) -> int:
-        """Levels of the wired inputs as last read; the others have their inactive level (option unwired)."""
+        """Levels of the wired inputs as last read; the others read as inactive (option unwired)."""
         first_input, second_input = self._wired
         drive_levels, configuration = self.driver.levels, self.configuration
         levels = (first_input if drive_levels & 1 else 0) | (second_input if drive_levels & 2 else 0)
@@ -70,7 +70,7 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @override
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
-        """Run the program as an assembled move of the drive."""
+        """Run a blend program as an assembled move of the drive."""
         top_sps = max(speed for _, speed, _, _ in program.segments)
         length = sum(steps for steps, _, _, _ in program.segments)
         drive = DriveProfile(self._start_sps, top_sps, 1, program.final_deceleration, program=program)
@@ -78,7 +78,7 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Request new values for the running jog."""
+        """Request new values for the jog in progress."""
         task = self.task
         if task is not None:
             task.drive = self.drive_for(profile)
@@ -91,6 +91,6 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @override
     def reset_errors(self) -> None:
-        """Request the driver to reset the drive's errors."""
+        """Ask the driver to reset the drive's errors."""
         driver = self.driver
         driver.clear_errors = driver.state is ControllerState.READY and bool(driver.status & RESETTABLE)

@@ -3,9 +3,10 @@
     out     words A    words A    words B    words B    ...      function 23
     in      before A   after A    after A    after B
 
-Changed words are sent, and the response is read, at once; otherwise rpi_ms pass between exchanges. A
-response has the data from before its own write, so only the second exchange with a command shows its effect.
-A bit that stays on makes no second edge, so any exchange may be repeated, even a start.
+Changed words are sent immediately, and so is the request that reads their effect; otherwise, exchanges are
+rpi_ms apart. A response has the data from before its own write, so only the second exchange with a command
+shows its effect. A bit that stays on does not make a second edge, so any exchange may be repeated, even one
+that starts a motion.
 
     configure   stop, configuration mode, command mode with the driver enabled, position := BIAS
     idle        no command bit
@@ -45,7 +46,7 @@ STARTS = {
     TaskKind.SLEW: (CommandBit.JOG_CW, CommandBit.JOG_CCW),
     TaskKind.HOME: (CommandBit.FIND_HOME_CW, CommandBit.FIND_HOME_CCW),
 }
-"""The command of a motion, CW and CCW."""
+"""The command bits of each motion, CW and CCW."""
 
 RESETTABLE = (
     StatusBit.COMMAND_ERROR | StatusBit.INPUT_ERROR | StatusBit.INVALID_JOG_CHANGE | StatusBit.STALL_DETECTED
@@ -68,16 +69,16 @@ COMPLAINTS: dict[StatusBit, tuple[int, str]] = {
     StatusBit.CONNECTION_LOST: (0, "the drive lost its connection for a time"),
     StatusBit.ENCODER_ERROR: (0, "the drive reports an encoder error"),
 }
-"""The 3601's bits and the text of each error of the drive; input errors appear at the inputs."""
+"""The 3601's bits and the text for each drive error; input errors appear at the inputs."""
 
 FUNCTIONS = {role: function for function, role in ROLES.items()}
 """The drive's input function for each input of the 3601."""
 
 IMAGES_IGNORED = 3
-"""Images at rest that are ignored after a start, unless they show the end of the motion."""
+"""Number of images at rest that are ignored after a start, unless they show the end of the motion."""
 
 HANDSHAKES_MAX = 50
-"""Maximum exchanges until a drive changes a handshake bit."""
+"""Maximum number of exchanges until a drive changes a handshake bit."""
 
 CONFIGURES = CommandBit.MODE_CONFIG.value
 ENABLED = Modifier.ENABLE_DRIVER.value
@@ -91,13 +92,13 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     """The driver of a networked drive.
 
     Attributes:
-        status: the status bits that were read last.
-        encoder: the encoder count that was read last.
-        late: exchanges that took longer than the RPI, including exchanges without a response.
-        changed: a request to send new values for the running jog.
+        status: the status bits as last read.
+        encoder: the encoder count as last read.
+        late: number of exchanges that took longer than the RPI, including those without a response.
+        changed: whether new values for the jog in progress are to be sent.
         minimum: minimum distance of the next registration move, steps.
-        found_home: whether the last search ended at home.
-        clear_errors: a request to reset the drive's errors.
+        found_home: whether the last search for home ended at home.
+        clear_errors: whether the drive's errors are to be reset.
     """
 
     def __init__(self, options: AmciDriveOptions, unit: int = 1) -> None:
@@ -128,7 +129,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         self._hold_requested = False  # a refusal of Hold means that the move has already ended
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
+        """Build the drive's configuration: input functions and levels, encoder, starting speed."""
         options, bits, high_inputs = self._options, 0, 0
         for index, role in enumerate(options.wired):
             is_used = role & configuration.inputs_used
@@ -170,7 +171,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         return frames.exchange(self.unit, self._transaction, self._options.axis, words)
 
     def _exchange(self, words: Words | None) -> Talk:
-        """Repeat an exchange until the drive answers, and read its image; None writes nothing."""
+        """Repeat an exchange until the drive answers, and read the drive's image; None writes nothing."""
         while True:
             self._due_ns = self.master.now_ns + self._rpi_ns
             reply = yield from self.try_once(self._next_request(words))
@@ -275,7 +276,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def stop(self) -> Talk:
-        """Stop at once; the stop bit rises each time."""
+        """Stop immediately; the stop bit makes a new edge each time."""
         if self._last_written is None or self.setup or not self._was_ready:
             yield from self._exchange(IDLE)  # the drive may have any words in force
         yield from self._write_with_edge((CommandBit.IMMEDIATE_STOP.value, *IDLE[1:]))
@@ -352,7 +353,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
             self._words = IDLE
 
     def _start_words(self, task: Task[DriveProfile]) -> Words:
-        """Return the words that start a motion."""
+        """Return the output words that start a motion."""
         drive = task.drive
         if drive.program is not None:
             backward = Modifier.REVERSE_BLEND.value if task.direction < 0 else 0
@@ -385,7 +386,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         return is_ready
 
     def _await_segment_request(self, is_requesting: bool) -> Generator[Step, Reply | None, bool]:
-        """Wait until the drive requests a segment, or no longer does; return whether that happened."""
+        """Wait until the drive requests a segment or stops requesting one; return whether it did."""
         for _ in range(HANDSHAKES_MAX):
             if self.status & StatusBit.COMMAND_ERROR or self.cut:
                 return False
@@ -405,7 +406,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def watch(self, task: Task[DriveProfile]) -> Talk:
-        """Change the speed of a jog on request; find out whether a drive at rest has ended the motion."""
+        """Change a jog's speed on request; find out whether a drive at rest has ended the motion."""
         if self.changed:
             self.changed = False
             drive, now_ns = task.drive, self.master.now_ns
@@ -423,7 +424,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
             self.busy = not (yield from self._stays_at_rest())
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
-        """Return whether a drive at rest has made the motion; it may process a start after its response."""
+        """Return whether a drive at rest has made the motion; it may process a start after responding."""
         if self.status & FAILED or task.stopping or task.marked:
             return True
         if task.kind is TaskKind.INDEX:
@@ -431,7 +432,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         return self.position != self._start_position
 
     def _stays_at_rest(self) -> Generator[Step, Reply | None, bool]:
-        """Return whether a search without a result has ended: a search also pauses where it reverses."""
+        """Return whether a search without a result has ended; a search also pauses where it reverses."""
         counter_before = self._counter
         for _ in range(HANDSHAKES_MAX):
             yield from self._refresh()
@@ -460,7 +461,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def set_mark(self, task: Task[DriveProfile]) -> Talk:
-        """Release the bit of a registration move, which counts its steps from then or an earlier input."""
+        """Release a registration move's bit; the move counts steps from then or from an earlier input."""
         words = self._start_words(task)
         yield from self._write_without_edge((0, *words[1:]))
         if task.model is not None and task.model.end_ns is None:

@@ -13,7 +13,7 @@ from .driver import LINE_FORMAT, AmciDriver
 from .simulated import SimulatedDrive
 
 RESPONSE_S = 0.1
-"""Longest wait for a response, in s, as long as the adapter's."""
+"""Longest wait for a response, in s; the same as the adapter's."""
 
 
 def open_network(port: str) -> Link:

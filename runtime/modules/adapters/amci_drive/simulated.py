@@ -1,4 +1,4 @@
-"""A simulated drive with its machine, and the network to it.
+"""A simulated drive with its machine, and the network that connects to it.
 
     adapter --request, whole--> drive --reply, whole--> adapter        each takes 250 us
 
@@ -22,7 +22,7 @@ from .driver import LINE_FORMAT
 
 
 class DriveDevice:
-    """A stack of drives with its Modbus TCP server; one axis has a machine.
+    """A stack of drives with their Modbus TCP server; one axis has a machine.
 
     Attributes:
         drive: the axis that the adapter uses.
@@ -43,12 +43,12 @@ class DriveDevice:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """The instant of the reply."""
+        """The instant at which the reply is due."""
         return self.drive.now_ns if self._reply else None
 
     @property
     def turnaround_ns(self) -> int:
-        """The time between request and reply: none."""
+        """The time between a request and its reply, which is 0."""
         return 0
 
     @property
@@ -58,7 +58,7 @@ class DriveDevice:
 
     @property
     def motor_turns(self) -> bool:
-        """Whether the motor turns."""
+        """Whether the motor is turning."""
         return self.drive.axis.moving
 
     def receive(self, now_ns: int, data: bytes) -> None:
@@ -76,7 +76,7 @@ class DriveDevice:
         return reply
 
     def power_cycle(self, now_ns: int) -> None:
-        """Remove and restore the power of the stack."""
+        """Remove and restore the stack's power."""
         self._reply = b""
         for axis in self._registers.axes:
             axis.advance(now_ns)

@@ -1,11 +1,12 @@
 """Converts a profile of the 3601 to the words of a drive.
 
-starting speed  of the drive's configuration; no motion is slower
+starting speed  from the drive's configuration; no motion is slower
 speed, rates    the same, in the same units
-S-curve         a jerk J: the rate needs 100/J s to its peak. A ramp that takes `full` s at its peak rate
+S-curve         a jerk J: the rate takes 100/J s to reach its peak. A ramp that takes `full` s at its peak
+rate
                 takes 2 full as a triangle and 4/3 full as a trapezoid, so 100/J = full, or full/3
 
-A jerk is a whole number, and one for both ramps [SMD p. 46].
+The jerk is a whole number, and the same jerk applies to both ramps [SMD p. 46].
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ...amci3601.axis_protocol import BlendProgram
 JERK_MAX = 5_000
 
 FULL_PER_RISE = {Shape.TRIANGULAR: 1, Shape.TRAPEZOIDAL: 3}
-"""The duration of the ramp at its peak rate, divided by the time in which the rate rises."""
+"""The duration that the ramp would have at its peak rate, divided by the time in which the rate rises."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,7 @@ class DriveProfile:
 
 
 def exact_jerk(profile: Profile) -> Fraction:
-    """Return the jerk of a profile's S-curve, the lower one of its two ramps; 0 without an S-curve.
+    """Return the jerk of a profile's S-curve, the lower one of its two ramps; 0 if it has no S-curve.
 
     >>> exact_jerk(Profile(1000, 11_000, 100, 100, Shape.TRAPEZOIDAL))
     Fraction(3000, 1)
@@ -70,7 +71,8 @@ def drive_profile(profile: Profile, start_sps: int) -> DriveProfile:
     """Convert a profile; a jerk is rounded down, which is gentler.
 
     Args:
-        start_sps: starting speed in the drive's configuration; slower motions run at it.
+        start_sps: starting speed in the drive's configuration; motions that would be slower run at this
+        speed.
 
     >>> drive_profile(Profile(1000, 4000, 20, 10, Shape.TRIANGULAR), 1000)
     DriveProfile(start_sps=1000, max_sps=4000, acceleration=20, deceleration=10, jerk=333, program=None)

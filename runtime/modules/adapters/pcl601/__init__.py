@@ -1,1 +1,1 @@
-"""A PCL601 under the 3601's command layer: its link, its axis, its capabilities."""
+"""A PCL601 that acts as a 3601: its link, axis and capabilities."""

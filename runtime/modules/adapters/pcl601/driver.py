@@ -1,4 +1,4 @@
-"""The driver of a PCL601: its exchanges, one after the other.
+"""The driver of a PCL601, which makes one exchange at a time.
 
 configure   stop a program, clear errors, stop, functions off, current on, position := BIAS
 idle        status, position, inputs, repeated
@@ -26,7 +26,7 @@ from .pcl601_options import Pcl601Options
 from .units import Drive
 
 LINE_TIMING = LineTiming(frames.LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
-"""A gap of a little over 3.5 characters; a reply may take 50 ms [adapters, timeouts]."""
+"""The gap is slightly longer than 3.5 characters; a reply may take 50 ms [adapters, timeouts]."""
 
 STARTS = {TaskKind.INDEX: Code.GO, TaskKind.SLEW: Code.GO_SLEW, TaskKind.HOME: Code.HOME_TYPE_1}
 
@@ -37,10 +37,10 @@ PROXIMITY_OUTPUT = 6
 """Output that option proximity wires to both soft limits, to slow homing down."""
 
 MARKS = {TaskKind.SLEW: MARK_OUTPUT, TaskKind.HOME: PROXIMITY_OUTPUT}
-"""The output that is the mark of a motion."""
+"""The output that sets the mark, by kind of motion."""
 
 FUNCTIONS_OFF = (0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0)
-"""4x21 to 4x31: everything off, encoder ratio 1."""
+"""4x21 to 4x31: all functions off, encoder ratio 1."""
 
 ESTOP_INPUT = 1 << 3
 CAPTURE_INPUT = 1 << 4
@@ -53,16 +53,16 @@ class Pcl601Driver(ProfileDriver[Drive]):
     """The driver of a PCL601.
 
     Attributes:
-        encoder: the encoder count that was read last.
-        inputs: the input register that was read last.
-        errors: the error bits that were read last.
+        encoder: the encoder count, as last read.
+        inputs: the input register, as last read.
+        errors: the error bits, as last read.
         limit_side: the active hard limit: +1, -1, 0 for none, or `BOTH_SIDES`.
         direction: direction of the last motion, 0 before the first.
         clear_errors: a request to clear the error bits.
         clear_encoder: a request to set the encoder to 0.
         estop_on_limits: an active input 4 also activates both hard limits.
         has_proximity: the proximity's output slows homing, and the home switch ends it.
-        captures_encoder: capture the encoder's count instead of the position.
+        captures_encoder: the capture input captures the encoder count instead of the position.
         polls_marks: a registration move stops after a read of its input, and then makes the remaining steps.
     """
 
@@ -102,7 +102,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def restore_protocol(self) -> Talk:
-        """Switch a device that uses AA ASCII, in which it ignores Modbus, back to Modbus."""
+        """Switch a device back to Modbus from AA ASCII, in which it ignores Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
             self.findings.complain(0, "the device used AA ASCII, and is switched back to Modbus")
             yield ascii.back_to_modbus(self.unit)
@@ -158,7 +158,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
         yield from self._clear_marks()
 
     def _clear_marks(self) -> Talk:
-        """Switch off the outputs that may be on; an output may stay on if the device refuses."""
+        """Switch off the outputs that may be on; if the device refuses, an output may stay on."""
         for output in self._outputs:
             if output in self._maybe_on:
                 reply = yield from self._insist(pdus.write_output(output, False))
@@ -240,7 +240,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @property
     @override
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """The reads of a poll; it reads the inputs twice, so that it misses no pulse of 20 ms."""
+        """Return the reads of a poll, which include the inputs twice so that no 20 ms pulse is missed."""
         return self.read_status, self._read_inputs_early, self.read_position, self.read_inputs
 
     def _read_inputs_early(self) -> Talk:
@@ -262,7 +262,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
             self.limit_side = self.direction or BOTH_SIDES
 
     def _side_revealed_by(self, task: Task[Drive]) -> int:
-        """Return the limit side: behind a motion that continues, ahead of a motion that has stopped.
+        """Return the limit's side, which is behind a motion that continues or ahead of a stopped one.
 
         A stop for a change of speed reveals nothing; the next motion does.
         """
@@ -274,7 +274,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def configure(self) -> Talk:
-        """Clear errors, stop, switch every function off and the current on, set the counter to `BIAS`."""
+        """Clear errors, stop, switch functions off and the current on, and set the counter to `BIAS`."""
         yield from self._insist(pdus.report_id())
         yield from self.read_status()
         if self.errors:
@@ -306,7 +306,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
         return STARTS[task.kind]
 
     def _write_parameters(self, task: Task[Drive]) -> Talk:
-        """Write the parameters of a motion: a mark input, steps if it counts them, speeds, direction.
+        """Write a motion's parameters: mark input, steps if it counts them, speeds and direction.
 
         The block from STEPS contains the block from ACCEL, so a write of one outdates the other.
         """
@@ -342,7 +342,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def slow_down(self, task: Task[Drive]) -> Talk:
-        """Stop softly: a slew ends by itself, but an index must be stopped when it reaches its base speed."""
+        """Stop with a ramp; a slew ends by itself, but an index must be stopped at its base speed."""
         yield from self._command(Code.STOP_SOFT)
         drive, now_ns, model = task.drive, self.master.now_ns, task.model
         assert model is not None

@@ -1,4 +1,4 @@
-"""A PCL601 as the command layer's axis."""
+"""The axis of a PCL601, as seen by the command layer."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LIMITS = {
 
 
 class Pcl601Axis(ProfileAxis[Drive]):
-    """An `Axis` that a PCL601 moves."""
+    """An `Axis` whose motor is driven by a PCL601."""
 
     driver: Pcl601Driver
 
@@ -102,5 +102,5 @@ class Pcl601Axis(ProfileAxis[Drive]):
 
     @override
     def reset_errors(self) -> None:
-        """Request the driver to clear the device's error bits."""
+        """Ask the driver to clear the device's error bits."""
         self.driver.clear_errors = self.driver.state is ControllerState.READY and bool(self.driver.errors)

@@ -34,7 +34,7 @@ from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
 POLL_DELAY_S = Fraction(3, 100)
-"""Longest delay of a polled ramp down, s."""
+"""Longest delay before a polled ramp-down begins, s."""
 
 
 def _captures(configuration: Configuration) -> bool:
@@ -101,7 +101,7 @@ def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Option
 
 
 def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
-    """Return whether the ramp down, and the delay of a polled mark, need more than the distance."""
+    """Return whether the ramp-down and the delay of a polled mark need more than the distance."""
     target = request.command.parameters.target or 0
     drive = drive_for(profile_of(request))
     ramp = stopping_distance(MILLI * drive.max_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)

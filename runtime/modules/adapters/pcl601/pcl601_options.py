@@ -21,9 +21,9 @@ class Pcl601Options(Options):
             inputs 1 and 5.
         proximity: "jumper" wires output 6 to both soft limits, as the backplane home proximity; "reject"
             refuses a configuration with that proximity.
-        registration: wiring of input 2: "default" to output 7 and the external input, "jumper" to output 7
-            only, "polled" to nothing. A polled registration move stops after a read of its input, then makes
-            the remaining steps.
+        registration: wiring of input 2: "default" wires it to output 7 and the external input, "jumper" to
+            output 7 only, and "polled" to nothing. A polled registration move stops after a read of its
+            input, then makes the remaining steps.
         encoder_move: "polled" ends an encoder move after a read of the count; "refuse" refuses it.
         respeed: "restart" stops a manual move to change its speed; "refuse" refuses the change.
         takeover: clear the device's non-volatile autorun flag, so that its own program does not start at

@@ -64,11 +64,11 @@ class SimulatedPcl601(Plant):
     """A PCL601, its line and its machine.
 
     Args:
-        machine: its shaft follows every step.
-        device: by default a new one.
+        machine: the machine, whose shaft follows every step.
+        device: the simulated device; by default a new one.
 
     Raises:
-        ValueError: the machine slips or jams, which this simulation lacks.
+        ValueError: the machine slips or jams, which is not simulated here.
     """
 
     device: Pcl601
@@ -104,7 +104,7 @@ class SimulatedPcl601(Plant):
             self.wire(now_ns)
 
     def _forbidden_wires(self, configuration: Configuration) -> Iterable[Wire]:
-        """Yield wires to pins that act when grounded, where the 3601's input must not act that way.
+        """Yield wires to pins that would act when grounded although the 3601's input must not.
 
         Without its wire, input 2 is wired to output 7 alone, and a normally closed limit to its input alone.
         """
@@ -117,7 +117,7 @@ class SimulatedPcl601(Plant):
 
     @override
     def sense(self, now_ns: int) -> None:
-        """Update the machine from the motor, then inputs and encoder from the machine."""
+        """Update the machine from the motor, and then the inputs and the encoder from the machine."""
         super().sense(now_ns)
         counts = self.machine.encoder_counts(now_ns)
         if counts != self._counts_before:
@@ -148,7 +148,7 @@ class SimulatedPcl601(Plant):
         return jumpers
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
-        """Return the contacts of a terminal: its switches, or the level at which it is held."""
+        """Return the contacts of a terminal, which are its switches, or the level at which it is held."""
         if self.feeds(bit):
             return self._switch_contacts[bit]
         return (GROUND if self.levels & bit.value else OPEN,)

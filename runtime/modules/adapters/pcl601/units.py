@@ -1,4 +1,4 @@
-"""Converts a profile of the 3601 to the PCL601's registers.
+"""Conversion of a 3601 profile to the PCL601's registers.
 
     starting speed  base speed, steps/s; one less than the speed if the speed is not above it
     speed           maximum speed, steps/s

@@ -1,1 +1,1 @@
-"""A PMC006x3s under the 3601's command layer: link, axis, capabilities."""
+"""A PMC006x3s that acts as a 3601: its link, axis and capabilities."""

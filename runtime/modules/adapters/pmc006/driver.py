@@ -1,7 +1,7 @@
-"""The driver of a PMC006x3s: its exchanges, one after the other.
+"""The driver of a PMC006x3s, which makes one exchange at a time.
 
     configure   motor on, speed mode off, stop, speeds, external stops, position := BIAS
-    idle        status, position, levels, repeated; each tenth time the second status
+    idle        status, position, levels, repeated; every tenth time, the second status
     motion      changed parameters, the start, then as idle until its end
 
 Nothing is ever saved (instruction t): the EEPROM wears out.
@@ -36,7 +36,7 @@ LATCHES = (
 """External stops, their latches, and the instructions that clear the latches."""
 
 POLLS_PER_CHECKUP = 10
-"""Polls per read of the second status."""
+"""Number of polls per read of the second status."""
 
 POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 
@@ -49,8 +49,8 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     Attributes:
         clear_stops: a request to clear latched stops that are no longer active.
-        levels: the levels of the pins that were read last.
-        flags: the latched external stops that were read last.
+        levels: the levels of the pins, as last read.
+        flags: the latched external stops, as last read.
     """
 
     def __init__(self, options: Pmc006Options, unit: int) -> None:
@@ -103,7 +103,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         return self._clear_stops() if self.clear_stops else None
 
     def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
-        """Clear latched external stops that are not armed, or no longer active."""
+        """Clear latched external stops that are not armed or are no longer active."""
         self.clear_stops = False
         for stop, flag, clear in LATCHES:
             if self.flags & flag and not (armed & stop and self.is_active(stop)):
@@ -128,7 +128,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def read_status(self) -> Talk:
-        """Read whether the motor moves, and the cause of a stop."""
+        """Read whether the motor is moving, and the cause of a stop."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status1"))
         status = Status1(frames.value_of(reply) & 0xFF)
         self.busy = bool(status & (Status1.BUSY | Status1.HOME))
@@ -178,7 +178,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def configure(self) -> Talk:
-        """Stop the motor, clear latched stops, arm the configured stops, set the counter to `BIAS`."""
+        """Stop the motor, clear latched stops, arm the configured stops, and set the counter to `BIAS`."""
         yield from self._set(free_run=0)
         yield from self._do("speed_mode", 0)
         yield from self.halt()
@@ -209,7 +209,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._zeroing = False
 
     def _stops_for(self, task: Task[Pmc006Speeds]) -> int:
-        """Return the external stops that may end a motion, without an active stop behind it."""
+        """Return the external stops that may end a motion, except an active stop behind the motion."""
         stop_ahead, stop_behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
             return self._limit_stops & stop_ahead
@@ -250,7 +250,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def slow_down(self, task: Task[Pmc006Speeds]) -> Talk:
-        """Leave speed mode, which ramps down; stop any other motion without a ramp."""
+        """Ramp down by leaving speed mode; stop any other motion without a ramp."""
         if task.kind is not TaskKind.SLEW:
             yield from self.stop_and_read_status()
             return
@@ -275,7 +275,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
             yield from self._set(ext_stop_enable=self._stops_for(task))
 
     def _finish_search(self, task: Task[Pmc006Speeds]) -> Talk:
-        """After a search, set the counter to `BIAS` at the home switch, or read the position elsewhere."""
+        """Set the counter to `BIAS` if the search ended at the home switch; otherwise read the position."""
         if task.kind is not TaskKind.HOME:
             return
         self._zeroing = False

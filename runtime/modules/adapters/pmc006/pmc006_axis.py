@@ -1,4 +1,4 @@
-"""A PMC006x3s as the command layer's axis."""
+"""The axis of a PMC006x3s, as seen by the command layer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CCW_LIMIT = InputBit.CCW_LIMIT.value
 
 
 class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
-    """An `Axis` that a PMC006x3s moves."""
+    """An `Axis` whose motor is driven by a PMC006x3s."""
 
     driver: Pmc006Driver
 
@@ -62,7 +62,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
         return levels ^ self._latched_only(levels)
 
     def _latched_only(self, levels: int) -> int:
-        """Return limits that have stopped the motion and are no longer active: the image shows them once."""
+        """Return limits that have stopped the motion and are no longer active; the image shows them once."""
         if self.task is None or self.task.kind is TaskKind.HOME or self.configuration is None:
             return 0
         flags = self.driver.flags
@@ -72,12 +72,12 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
 
     @override
     def reset_errors(self) -> None:
-        """Request the driver to clear latched external stops that are no longer active."""
+        """Ask the driver to clear latched external stops that are no longer active."""
         self.driver.clear_stops = self.driver.state is ControllerState.READY and bool(self.driver.flags)
 
     @property
     def _on_fset(self) -> int:
-        """The used input that is wired to FSET, as a mask; 0 for none."""
+        """Mask of the configured input that is wired to FSET; 0 for none."""
         inputs_used = 0 if self.configuration is None else self.configuration.inputs_used
         return next((bit.value for bit in FSET_INPUTS if inputs_used & bit.value), 0)
 

@@ -34,12 +34,12 @@ from .pmc006_options import Pmc006Options
 from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
-"""The 3601's inputs; one of them may be wired to FSET."""
+"""Inputs of the 3601, one of which may be wired to FSET."""
 
 SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
 """The two inputs of the 3601 that are wired to EXT1."""
 POLL_S = Fraction(1, 20)
-"""Time of a poll, in s: the longest delay of the ramp down."""
+"""Duration of a poll, in s, which is the longest delay before a ramp-down begins."""
 
 RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s; program {RATE_MIN} or more"
 
@@ -101,7 +101,7 @@ def _final_rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
 
 
 def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
-    """Return whether a poll and the ramp down need more steps than the registration distance."""
+    """Return whether a poll and the ramp-down need more steps than the registration distance."""
     speeds = speeds_for(profile_of(request), nearest=options.accel_rounding == "nearest")
     ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
     return (request.command.parameters.target or 0) < ramp + speeds.max_sps * POLL_S

@@ -11,7 +11,7 @@ from ....loop.module_options import Options
 
 
 def _accepted_by(row: InstructionRow) -> BeforeValidator:
-    """Return a validator that accepts None and the numbers of an instruction."""
+    """Return a validator that accepts None and the numbers that an instruction accepts."""
 
     def check(value: object) -> object:
         if value is not None and (type(value) is not int or not row.allows(value)):
@@ -25,8 +25,8 @@ class Pmc006Options(Options):
     """Substitutions and wiring of the device.
 
     Attributes:
-        home_stroke: longest homing, steps; every configuration is refused without it.
-        strict: refuse motions whose ramp would be slower than programmed, or of another shape.
+        home_stroke: longest homing travel, steps; without it, every configuration is refused.
+        strict: refuse motions whose ramp would be slower than programmed or have a different shape.
         blend: "segmented" runs the segments of a blend move one by one, with a stop between them; "refuse"
             refuses blend moves.
         capture: "fset" wires the capture input to FSET; "reject" refuses the capture input.
@@ -37,7 +37,7 @@ class Pmc006Options(Options):
         hold: "immediate" holds a move without a ramp, and allows the external input on FSET; "refuse" refuses
             both.
         respeed: "restart" stops a manual move to change its speed; "refuse" refuses the change.
-        peak_current: phase current of the motor, mA; the saved current of the device if left out.
+        peak_current: phase current of the motor, mA; by default the current saved in the device.
         diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
             feedback.
     """

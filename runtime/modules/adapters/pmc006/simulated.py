@@ -28,10 +28,10 @@ class SimulatedPmc006(Plant):
     """A PMC006x3s, its line and its machine, whose shaft follows every step.
 
     Args:
-        device: by default a new one.
+        device: the simulated device; by default a new one.
 
     Raises:
-        ValueError: the machine slips or jams, which this simulation lacks.
+        ValueError: the machine slips or jams, which is not simulated here.
     """
 
     device: Pmc006
@@ -62,7 +62,7 @@ class SimulatedPmc006(Plant):
         self._pull(Pin.FSET, self._on_fset)
 
     def _pull(self, pin: Pin, *bits: InputBit) -> None:
-        """Pull a pin low when one of the terminals is energized: by a switch, or held at a level."""
+        """Pull a pin low while one of its terminals is energized, by a switch or by a held level."""
         contacts = tuple(
             contact for bit in bits for switch in self.feeds(bit) for contact in contacts_of(switch)
         )

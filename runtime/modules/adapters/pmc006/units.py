@@ -1,4 +1,4 @@
-"""Converts a profile of the 3601 to the PMC006's parameters.
+"""Conversion of a 3601 profile to the PMC006's parameters.
 
     starting speed  start and stop speed, steps/s; the speed itself if that is lower
     speed           maximum speed, steps/s; less for a move that is shorter than its ramps
@@ -22,7 +22,7 @@ from ....kinematics import Profile, Rate
 START_MIN, START_MAX = 65, 30_000
 SPEED_MAX = 256_000
 RATE_MIN = 6
-"""Minimum rate in steps/ms/s: the table has no lower one."""
+"""Lowest rate of the table, in steps/ms/s."""
 
 
 def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
@@ -51,7 +51,7 @@ def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
 
 
 def fitted(speeds: Pmc006Speeds, steps: int) -> Pmc006Speeds:
-    """Return speeds with ramps that fit a number of steps; otherwise the device would steepen the ramps.
+    """Return speeds whose ramps fit a number of steps; otherwise the device would steepen the ramps.
 
     >>> fitted(Pmc006Speeds(1000, 5000, 1000, 6, 6), 1500).max_sps  # 10460 steps/s/s: the peak at 750 steps
     4085

@@ -1,6 +1,6 @@
-"""Find Home on an axis that makes a part of the search itself, such as the controller of an adapter.
+"""Find Home on an axis that carries out part of the search itself, such as an adapter's controller.
 
-The base class in `homing` makes the rest of the search. The capabilities of the axis select the class.
+The base class in `homing` does the rest of the search. The capabilities of the axis select the class.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ def give_up(host: Host, now_ns: int, reason: Refusal) -> None:
 
 
 class HomingByAxis(Homing):
-    """A search by an axis that finds the home switch itself: it stops on leaving the switch.
+    """A search by an axis that finds the home switch itself, and stops on leaving it.
 
-    The command layer leaves a switch that is on at the start, at starting speed. It reverses the
-    search after the dwell on an end limit. If the limit is on the switch, or if the ramp down reaches
-    the limit, it leaves the switch and returns to it at starting speed.
+    If the switch is on at the start, the command layer leaves it at starting speed. It reverses the
+    search after the dwell on an end limit. If the limit is on the switch, or if the ramp-down reaches the
+    limit, it leaves the switch and returns at starting speed.
     """
 
     _search_start = 0
@@ -66,7 +66,7 @@ class HomingByAxis(Homing):
 
     @property
     def _searches_on_way_back(self) -> bool:
-        """Whether the axis searches for the switch on the way back, because it has not been reached."""
+        """Whether the axis searches for the switch on the way back because it has not reached it yet."""
         return self.reversed and not self._signal_was_on
 
     @override
@@ -79,7 +79,7 @@ class HomingByAxis(Homing):
 
     @override
     def _continue_seek(self, now_ns: int) -> None:
-        """Wait for the end of the search. If it has made no step, it has not found the switch."""
+        """Wait for the end of the search. If the axis has not made a step, it has not found the switch."""
         if self.axis.moving:
             return
         self.found = self.axis.position != self._search_start
@@ -99,7 +99,7 @@ class HomingByAxis(Homing):
 
     @override
     def _obey_limits(self, now_ns: int) -> bool:
-        """Obey the end limits; a limit that stops the axis on the edge of the switch ends at home."""
+        """Obey the end limits; if a limit stops the axis on the edge of the switch, the axis is at home."""
         is_at_switch = self.phase is Phase.CREEP and self._signal
         if is_at_switch and self.state.active & limit_of(self.direction):
             return False
@@ -131,7 +131,8 @@ class HomingOntoSwitch(Homing):
 class HomingSlowedByProximity(Homing):
     """A search by an axis that stops at the home switch itself, after the proximity has slowed it down.
 
-    A switch before the proximity stops the axis at full speed, without a ramp: the axis is not at home.
+    If the switch comes before the proximity, it stops the axis at full speed without a ramp, and the axis is
+    not at home.
     """
 
     @override
@@ -174,15 +175,15 @@ class HomingSlowedByProximity(Homing):
 
 @runtime_checkable
 class SeekHome(Protocol):
-    """An axis that makes the whole search itself."""
+    """An axis that carries out the whole search itself."""
 
     @property
     def found_home(self) -> bool:
-        """Whether the last search has ended at home."""
+        """Whether the last search ended at home."""
 
 
 class HomingByDrive(Homing):
-    """A search by an axis that makes the whole search, and reports whether it has found home."""
+    """A search by an axis that carries out the whole search and reports whether it has found home."""
 
     @override
     def start(self, now_ns: int) -> None:
@@ -205,4 +206,4 @@ HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.WHOLE: HomingByDrive,
     AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
-"""Class of the search, by the part that the axis makes itself."""
+"""Class of the search, by the part that the axis carries out itself."""

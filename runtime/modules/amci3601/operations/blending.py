@@ -1,4 +1,4 @@
-r"""Blend moves: the block handshake, the stored program, its run [chapter 5, Blend Move Programming].
+r"""Blend moves: block handshake, stored program and run [chapter 5, Blend Move Programming].
 
 LSW bit 8 PROGRAM   ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\____
 LSW bit 9 TRANSMIT  ______/‾‾‾‾\____/‾‾‾‾\____________
@@ -46,7 +46,7 @@ class BlendBlock:
         self.command = command
 
     def read(self) -> None:
-        """Read and acknowledge the block; after a faulty block no profile is stored (reading A-57)."""
+        """Read and acknowledge the block; a faulty block prevents storing the profile (reading A-57)."""
         session = self.session
         session.acknowledged = True
         session.blocks += 1
@@ -127,7 +127,7 @@ class BlendBlock:
 
 
 class BlendRun(Operation):
-    """The run of a stored blend profile in one direction; it ends in MOVE_COMPLETE."""
+    """A run of the stored blend profile in one direction, which ends with MOVE_COMPLETE."""
 
     name: ClassVar[str] = "blend"
     status_lsw: ClassVar[int] = StatusLsw.BLEND_RUNNING.value
@@ -144,11 +144,11 @@ class BlendRun(Operation):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Refuse; the error clears itself when the profile is complete [chapter 6, Command Error 19]."""
+        """Refuse Hold; the error clears itself when the profile completes [chapter 6, Command Error 19]."""
         self.host.fire(now_ns, "CMD-19")
 
     def on_programming(self, now_ns: int) -> None:
-        """React to a new profile: stop with the final deceleration (reading A-62)."""
+        """Stop with the final deceleration, because a new profile is being programmed (reading A-62)."""
         self.host.fire(now_ns, "CMD-18")
         if not self.stopping:
             self.stopping = True
@@ -156,7 +156,7 @@ class BlendRun(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE and clear the error of a Hold; or show STOPPED after CMD-18."""
+        """Show MOVE_COMPLETE and clear the error from a Hold, or show STOPPED after CMD-18."""
         if self.stopping:
             self.host.finish(now_ns, STOPPED, "stopped by a new profile")
             return
@@ -173,7 +173,7 @@ def obey_programming(
     """Obey the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
 
     Args:
-        reads_blocks: whether words 2 to 7 can be a block; not in follower mode (A-112).
+        reads_blocks: whether words 2 to 7 can be a block, which they can't in follower mode (A-112).
     """
     session = host.state.blending
     if not command.lsw & PROGRAM:

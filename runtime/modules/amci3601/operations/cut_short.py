@@ -5,7 +5,7 @@
     |<-- CutShort: the motion bits stay -->| STOPPED
     axis.cut()                             the axis is known to be at rest
 
-A 3601 ends its steps at once, so it never needs this operation. A controller on a line makes steps
+A 3601 stops its steps at once, so it never needs this operation. A controller on a line keeps making steps
 until it has received the stop, and only a later reply shows that it is at rest.
 """
 
@@ -19,7 +19,7 @@ from ..operation import Host, Limits, Operation
 
 
 class CutShort(Operation):
-    """A motion that has been cut, until the axis is known to be at rest.
+    """A motion that has been cut, which lasts until the axis is known to be at rest.
 
     Args:
         cut: the motion; its name and start are kept.

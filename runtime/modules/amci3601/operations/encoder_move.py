@@ -18,7 +18,7 @@ from ..refusals import ENCODER_MOVE
 
 
 class EncoderMove(Operation):
-    """Motion until the encoder has reached `target`; ends in MOVE_COMPLETE."""
+    """A motion that lasts until the encoder reaches `target`, and ends with MOVE_COMPLETE."""
 
     name: ClassVar[str] = "encoder"
 
@@ -31,7 +31,7 @@ class EncoderMove(Operation):
         self.stopped_by_input = False
 
     def start(self, now_ns: int) -> None:
-        """Start the axis; with the external input active, for a single step."""
+        """Start the axis; if the external input is active, make a single step."""
         axis = self.axis
         if axis.encoder == self.target:
             return
@@ -44,9 +44,9 @@ class EncoderMove(Operation):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Compare the count, as long as the encoder bit is set (reading A-52).
+        """Compare the count with the target while the encoder bit is set (reading A-52).
 
-        A request for configuration mode gives the bit another meaning; the count is still compared.
+        During a request for configuration mode, the bit has another meaning, and the count is still compared.
         """
         self.on_counts(now_ns, command)
 
@@ -68,7 +68,7 @@ class EncoderMove(Operation):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Ignore Hold, or report an error by option [chapter 4; reading A-23]."""
+        """Ignore Hold, or report an error if the option says so [chapter 4; reading A-23]."""
         if self.host.options.hold_error_in_encoder_move:
             super().on_hold(now_ns)
 

@@ -1,7 +1,7 @@
 """Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
 
-At the end of a scan its counts are added to the owed steps, including fractions of a step.
-With rates of zero all owed steps are output at once, up to the module's 1 MHz.
+At the end of each scan, its counts are added to the owed steps, which include fractions of a step.
+With rates of zero, all owed steps are output at once, up to the module's 1 MHz.
 Otherwise the step rate ramps, limited by the owed steps:
 
     v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
@@ -33,7 +33,7 @@ RESET = CommandMsw.RESET_ERRORS.value
 
 
 class EncoderFollower(Operation):
-    """The encoder follower mode, from the rise of LSW bit 7 until it is left."""
+    """The encoder follower mode, from the rise of LSW bit 7 until the mode is left."""
 
     name: ClassVar[str] = "follower"
     limits: ClassVar[Limits] = Limits.EITHER
@@ -56,7 +56,7 @@ class EncoderFollower(Operation):
     @property
     @override
     def over(self) -> bool:
-        """Whether the mode has been left; a resting encoder does not end it."""
+        """Whether the mode has been left; it continues while the encoder is at rest."""
         return self.is_left
 
     # -- the words ----------------------------------------------------------------------------
@@ -94,7 +94,7 @@ class EncoderFollower(Operation):
 
     @override
     def on_release(self, now_ns: int) -> None:
-        """Leave the mode: all bits count as 0."""
+        """Leave the mode, because all bits count as 0."""
         self.is_left = True
 
     @override
@@ -106,7 +106,7 @@ class EncoderFollower(Operation):
 
     @override
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return when the follower next reads encoder counts: now, or at rest when the encoder next turns.
+        """Return when the follower next reads counts, which is now, or at rest when the encoder next turns.
 
         None while no direction is selected.
         """
@@ -132,7 +132,7 @@ class EncoderFollower(Operation):
             self._owed -= steps * self._parts_per_step
 
     def _divide_by(self, divisor: int) -> None:
-        """Express the owed steps exactly in parts of a new divisor."""
+        """Convert the owed steps exactly to parts of a new divisor."""
         if divisor != self._divisor:
             owed = Fraction(self._owed, self._parts_per_step)
             self._divisor, self._parts_per_step = divisor, lcm(owed.denominator, divisor)
@@ -175,7 +175,7 @@ class EncoderFollower(Operation):
             self.shown_ramp = 1 if is_growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:
-        """Return the speed that can stop within the owed steps; the top speed if there is no ramp."""
+        """Return the highest speed that can stop within the owed steps; without a ramp, the top speed."""
         if deceleration == 0:
             speed = self._top_speed_msps if owed else 0
         else:

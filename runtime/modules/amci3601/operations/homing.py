@@ -1,6 +1,6 @@
-"""Find Home: one course for its four kinds [chapter 3, item 10; chapter 4, Find Home].
+"""Find Home, with one sequence for its four kinds [chapter 3, item 10; chapter 4, Find Home].
 
-The text of the manual lacks its diagrams; the course below is an interpretation (A-72 to A-77).
+The text of the manual lacks its diagrams, so the sequence below is an interpretation (A-72 to A-77).
 "dir" is the commanded direction, Vs the programmed speed, Vo the starting speed. "signal" is the
 home switch, or command LSW bit 12 with backplane proximity.
 
@@ -21,10 +21,10 @@ End limits, with "becomes" for a change and "is" for a level:
     dir, reversed        is active: HOM-04              is active: HOM-04
     -dir, reversed       (the axis leaves it)           is active: HOM-04
 
-"Reversed" is a search that an end limit has reversed. Before, only a change of the opposite limit
-acts: a limit that is active at the start has no effect [note 2]. There is one exception: a search
-that begins with BACK toward an active limit does not start, HOM-05 (reading A-106). Home has
-precedence over a limit of the same tick, so a limit can also be the home switch.
+A search is "reversed" after an end limit has reversed it. Before that, the opposite limit acts only when it
+changes, so a limit that is active at the start has no effect [note 2]. There is one exception: a search that
+would begin with BACK toward an active limit does not start (HOM-05, reading A-106). Home has precedence over
+a limit in the same tick, so a limit can also be the home switch.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ TURNING = frozenset({Phase.STOP_BEFORE_BACK, Phase.STOP_BEFORE_CREEP})
 
 
 class Homing(Operation):
-    """A search for home; it ends in AT_HOME with position, encoder and captured value at 0."""
+    """A search for home, which ends with AT_HOME and with position, encoder and captured value at 0."""
 
     name: ClassVar[str] = "home"
     limits: ClassVar[Limits] = Limits.OWN
@@ -91,7 +91,7 @@ class Homing(Operation):
     @property
     @override
     def over(self) -> bool:
-        """Whether home is found and the axis is at rest; stops and waits are part of the search."""
+        """Whether home has been found and the axis is at rest; stops and waits are part of the search."""
         return self.found and not self.axis.moving
 
     @property
@@ -104,7 +104,7 @@ class Homing(Operation):
 
     @property
     def _signal(self) -> bool:
-        """Whether the home switch is on, or the backplane bit if this bit is the proximity."""
+        """Whether the home switch is on, or with backplane proximity, whether its bit is on."""
         if self.kind in (HomingKind.HOME_SWITCH, HomingKind.MARKER_HOME_SWITCH):
             return bool(self.state.active & HOME)
         return self.state.proximity
@@ -168,7 +168,7 @@ class Homing(Operation):
             self.axis.watch_marker()
 
     def _stop(self, now_ns: int, phase: Phase) -> None:
-        """Ramp down in `phase`; the tick after the ramp reverses. The motion bits show the ramp."""
+        """Ramp down in `phase`; the axis reverses at the next tick. The motion bits show the ramp."""
         self.phase = phase
         self.shown_direction = self.axis.direction
         self.shown_ramp = -1 if self.profile.has_ramps else 0
@@ -216,14 +216,14 @@ class Homing(Operation):
             self._begin_final(now_ns)
 
     def _continue_back(self, now_ns: int) -> None:
-        """Stop after the signal was on and then off; the ramp down may have passed a narrow switch."""
+        """Stop after the signal was on and then off; the ramp-down may have passed a narrow switch."""
         if self._signal:
             self._signal_was_on = True
         elif self._signal_was_on:
             self._stop(now_ns, Phase.STOP_BEFORE_CREEP)
 
     def _is_home(self, home_risen: bool) -> bool:
-        """Return whether this tick finds home; an end limit of the same tick counts as home.
+        """Return whether this tick finds home; an end limit in the same tick counts as home.
 
         "It is possible to home the 3601 module off of an end limit switch" [chapter 4, general note 5].
         """
@@ -243,7 +243,7 @@ class Homing(Operation):
             self.found = True
 
     def _after_ramp(self, now_ns: int) -> None:
-        """Reverse, at once unless a pause is configured (reading A-72b)."""
+        """Reverse at once, or after the configured pause (reading A-72b)."""
         begin_next = self._begin_back if self.phase is Phase.STOP_BEFORE_BACK else self._begin_creep
         pause_ns = self.host.options.home_reversal_dwell_ms * 1_000_000
         if pause_ns and self._has_switch_only:
@@ -259,7 +259,7 @@ class Homing(Operation):
     # -- limits -------------------------------------------------------------------------------
 
     def _obey_limits(self, now_ns: int) -> bool:
-        """Obey the end limits (table of the module); return whether a limit took effect."""
+        """Obey the end limits (see the table of this module); return whether a limit took effect."""
         host = self.host
         if self.phase is Phase.DWELL and self.reversed:
             return False  # the limits are checked after the dwell
@@ -277,7 +277,7 @@ class Homing(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show AT_HOME, with position, encoder and captured value 0 and valid, in one update."""
+        """Show AT_HOME in one update, with position, encoder and captured value at 0 and valid."""
         host = self.host
         host.axis.preset_position(0)
         host.axis.preset_encoder(0)

@@ -1,4 +1,4 @@
-"""Manual moves: motion as long as the bit is set [chapter 4, Manual Move]."""
+"""Manual moves, which run as long as the bit is set [chapter 4, Manual Move]."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ManualMove(Operation):
         self.stopping = False
 
     def start(self, now_ns: int) -> None:
-        """Start the axis; with the external input active, for a single step [chapter 6]."""
+        """Start the axis; if the external input is active, make a single step [chapter 6]."""
         if self.state.external_active:
             self.stopping = True
             speed = min(self.profile.speed_sps, self.profile.start_sps)
@@ -47,7 +47,7 @@ class ManualMove(Operation):
 
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Obey the released bit first; then check target and speed."""
+        """Stop if the bit has been released; otherwise check target and speed."""
         if self.stopping:
             return
         if not command.msw & MANUAL_BIT[self.direction]:
@@ -112,7 +112,7 @@ class ManualMove(Operation):
 
     @override
     def on_release(self, now_ns: int) -> None:
-        """Make a controlled stop: the bit counts as reset (reading A-10)."""
+        """Make a controlled stop, because the bit counts as reset (reading A-10)."""
         self._stop(now_ns)
 
     @override
@@ -122,7 +122,7 @@ class ManualMove(Operation):
 
 
 class OneShot(Operation):
-    """A manual move at speed 0: one pulse. The direction is shown until the bit is released."""
+    """A manual move at speed 0, which makes one pulse. The direction is shown until the bit is released."""
 
     name: ClassVar[str] = "one-shot manual"
     limits: ClassVar[Limits] = Limits.OWN
@@ -140,7 +140,7 @@ class OneShot(Operation):
     @property
     @override
     def busy(self) -> bool:
-        """False: the pulse ends at once and never prevents a move."""
+        """Always False, because the pulse ends at once and never prevents a move."""
         return False
 
     @property
@@ -151,7 +151,7 @@ class OneShot(Operation):
 
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Wake once after the pulse, whose step may have operated a switch."""
+        """Return one instant after the pulse, whose step may have operated a switch; then None."""
         return now_ns + 1 if now_ns == self.started_ns else None
 
     @override
@@ -164,5 +164,5 @@ class OneShot(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Do not set STOPPED after a one-shot [chapter 4, Manual Move]."""
+        """End a one-shot without setting STOPPED [chapter 4, Manual Move]."""
         self.host.finish(now_ns, 0, "made its pulse")

@@ -1,4 +1,4 @@
-"""Absolute and relative moves: a fixed distance, with Hold and Resume [chapter 4]."""
+"""Absolute and relative moves, which cover a fixed distance and allow Hold and Resume [chapter 4]."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..state import HeldMove
 
 
 class ProfileMove(Operation):
-    """A move to `target` at a profile; ends in MOVE_COMPLETE, or in HOLD_STATE if it was held."""
+    """A move to `target` with a profile; it ends with MOVE_COMPLETE, or with HOLD_STATE if held."""
 
     def __init__(self, host: Host, now_ns: int, name: str, target: int, profile: Profile) -> None:
         super().__init__(host, now_ns)
@@ -25,7 +25,7 @@ class ProfileMove(Operation):
         self.resumable = True
 
     def start(self, now_ns: int) -> None:
-        """Start the axis; with the external input active, for a single step [chapter 4]."""
+        """Start the axis; if the external input is active, make a single step [chapter 4]."""
         distance = self.target - self.axis.position
         if distance == 0:
             return
@@ -37,13 +37,13 @@ class ProfileMove(Operation):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Ramp down into the hold state, unless the axis is stopping already."""
+        """Ramp down into the hold state, unless the axis is already stopping."""
         if not self.host.unable(now_ns, Feature.HOLD, self.state.command):
             self._hold(now_ns)
 
     @override
     def on_forfeit(self) -> None:
-        """Prevent Resume: a command arrived after Hold, while the axis was still ramping down."""
+        """Prevent Resume, because a command arrived after Hold while the axis was still ramping down."""
         self.resumable = False
 
     @override
@@ -66,7 +66,7 @@ class ProfileMove(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE; or show HOLD_STATE and keep the target for Resume."""
+        """Show MOVE_COMPLETE, or show HOLD_STATE and keep the target for Resume."""
         if self.holding and (self.single_step or self.axis.position != self.target):
             self.host.finish(now_ns, HOLD_STATE, "held")
             held_move = HeldMove(self.target, self.name) if self.resumable else None

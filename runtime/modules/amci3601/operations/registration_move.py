@@ -1,4 +1,4 @@
-"""Registration moves: manual moves that end an exact number of steps after their input [chapter 4].
+"""Registration moves: manual moves that end an exact number of steps after an input [chapter 4].
 
 steps made   0 ...... minimum distance ...................... end
 input        ignored                  | its level counts
@@ -22,7 +22,7 @@ from .manual_move import MANUAL_BIT, ManualMove
 
 
 class RegistrationMove(ManualMove):
-    """A manual move with a positive target: the distance after the registration input."""
+    """A manual move with a positive target, which is the distance after the registration input."""
 
     name: ClassVar[str] = "registration"
 
@@ -44,7 +44,7 @@ class RegistrationMove(ManualMove):
     def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Compare the words; a changed target is a fault even if the same image releases the bit.
 
-        Below the minimum distance a released bit is ignored, and the speed can still change.
+        Before the minimum distance, release of the bit is ignored, and the speed can still change.
         """
         if self.stopping or self.state.locked:
             return
@@ -95,7 +95,7 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Show an error; stop if the registration input has not come yet (reading A-54)."""
+        """Show an error; stop if the registration input has not been seen yet (reading A-54)."""
         if self.registered:
             self.host.fire(now_ns, "CMD-07")
         else:
@@ -104,8 +104,8 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_external(self, now_ns: int) -> None:
-        """Do nothing: `on_tick` checks the external input, which is the registration input."""
+        """Do nothing, because `on_tick` checks the external input, which is the registration input."""
 
     @override
     def on_release(self, now_ns: int) -> None:
-        """Do nothing: `on_tick` checks the bit."""
+        """Do nothing, because `on_tick` checks the bit."""

@@ -15,12 +15,12 @@ local_names.py  the meaning of local names at a statement
 expression_options.py   the possible values of an expression, one by one
 steps.py        steps, and what the program does in them
 hand_writes.py  writes to the output words of 3601s
-times.py        elapsed times that were meant in another unit
+times.py        elapsed times that were meant in a different unit
 names.py        fields and terminals, and what accesses them
 flow.py         mistakes that show in one function: conditions, lines never reached, numbers
 scopes.py       names that nothing reads or that hide others
 attributes.py   names and attributes that do not exist, and calls that do not fit
 reals.py        equality comparisons of calculated fractions
-counting.py     counters that nothing counts, and subscripts without a bound
+counting.py     counters that never count, and subscripts without a bound
 chance.py       calls that differ from run to run
 """

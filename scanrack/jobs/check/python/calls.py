@@ -1,4 +1,4 @@
-"""Calls in a program with sequences that an axis refuses for their constants, or that fail when they run.
+"""Calls in a program with sequences that an axis refuses because of their constants, or that fail.
 
 self.axis.move_to(9_000_000, ...)     refused: out of range
 self.axis.move_to(4000, speed=200)    refused by the module: below the starting speed
@@ -25,7 +25,7 @@ from .nodes import field_of, missing, nodes_in, unpacks
 from .reader import NEUTRAL, Reader, UnknownError, variants
 
 _VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
-"""Expressions that have a value now, where a wait needs a function."""
+"""Expressions that are evaluated at once, where a wait needs a function."""
 
 SEARCH = "home"
 """The method of an axis that starts a home search."""
@@ -160,7 +160,7 @@ def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collectio
 
 
 def _owner(call: ast.Call) -> str:
-    """Return `axis` for a call of `self.axis.method(...)`; "" for another call."""
+    """Return `axis` for a call of `self.axis.method(...)`; "" for any other call."""
     return field_of(call.func.value) if isinstance(call.func, ast.Attribute) else ""
 
 
@@ -195,7 +195,7 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
 
 
 def _fraction(call: ast.Call) -> str:
-    """Return a message about an argument of a command that is a fraction; "" if none is."""
+    """Return a message about a fractional argument of a command; "" if there is none."""
     for node in (*call.args, *(keyword.value for keyword in call.keywords)):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
             return f"{_method(call)}: `{ast.unparse(node)}` is a fraction; use // for a whole number"

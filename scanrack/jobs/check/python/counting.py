@@ -1,4 +1,4 @@
-"""Counters that nothing counts, and subscripts that count without a bound.
+"""Counters that never count, and subscripts that count without a bound.
 
 if self.parts >= 10:             but the class sets parts to 0, and nothing else assigns it
 if self.full:                    with `full = Counter(10)`, but nothing calls self.full(...)
@@ -37,7 +37,7 @@ _TESTS = (
 
 
 def note_counting(reader: Reader, recorded: Collection[str] = ()) -> None:
-    """Note counters that nothing counts, and subscripts without a bound.
+    """Note counters that never count, and subscripts without a bound.
 
     Args:
         recorded: fields that people read and may write.
@@ -114,7 +114,7 @@ def _never_set(reader: Reader) -> None:
 
 
 def _declared(tree: ast.Module) -> Iterator[tuple[str, bool]]:
-    """Yield the fields that classes declare, each with whether its value is 0."""
+    """Yield the fields that classes declare, and whether the value of each is 0."""
     for kind in tree.body:
         if isinstance(kind, ast.ClassDef):
             for target, value in assignments_in(kind.body):
@@ -127,7 +127,7 @@ def _is_zero(node: ast.expr) -> bool:
 
 
 def _unbounded(reader: Reader, tables: _Tables) -> None:
-    """Note fields that are subscripts, that only count, and that nothing compares."""
+    """Note fields that are used as subscripts, only count, and are never compared."""
     if any(nodes_in(reader.tree, ast.ExceptHandler)):
         return  # the program may expect an IndexError
     counted = list(_counted(reader.tree))

@@ -135,7 +135,7 @@ class Flow:
 
 
 def _both(reached: Condition, condition: Condition) -> Condition:
-    """Return the condition that both are true; an unknown second condition is left out."""
+    """Return the condition that both are true; an unknown second condition is omitted."""
     if reached == TRUE:
         return condition
     return reached if condition in (TRUE, UNKNOWN) else all_of(reached, condition)

@@ -116,7 +116,7 @@ class HandWrites:
     def _bit(
         self, call: ast.Call, slot: int, word: int, mask: int, value: ast.expr, place: WalkPlace
     ) -> WordWrite:
-        """Return the write of a bit that gets the value of an expression."""
+        """Return the write of an expression's value to a bit."""
         free = self._walk.free(value)
         if free in (TRUE, FALSE):
             sets, clears = (mask, 0) if free == TRUE else (0, mask)
@@ -164,7 +164,7 @@ class HandWrites:
     # --- meaning of expressions
 
     def _output_slot(self, node: ast.expr) -> int | None:
-        """Return the slot of a 3601 if an expression is its output image; None for another expression."""
+        """Return the slot of a 3601 if an expression is its output image; None for any other expression."""
         slot = None
         match self._walk.local.closed(node):
             case ast.Attribute(value=owner, attr="outputs"):

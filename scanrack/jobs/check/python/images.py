@@ -1,4 +1,4 @@
-"""Finds the expressions of a function that are the scan, a slot or an image, and notes what these lack.
+"""Finds the expressions of a function that are the scan, a slot or an image, and notes missing members.
 
 scan.now                                     the scan has no `now`
 scan.slot[3].outputs.set_bit(0, 17, True)    a word has 16 bits
@@ -25,7 +25,7 @@ PARTS = {("scan", "slot"): "slots", ("slot", "inputs"): "inputs", ("slot", "outp
 """The kind of each attribute of these objects."""
 
 BITS = 16
-"""Bits of a word."""
+"""Number of bits in a word."""
 
 Kind = tuple[str, int | None]
 """The kind of an expression, "scan", "slots", "slot", "inputs", "outputs" or "", and its slot if known."""

@@ -62,7 +62,7 @@ def _has_only(test: ast.expr, *forms: type[ast.expr]) -> bool:
 
 
 def _is_of_part(call: ast.Call, parts: Collection[str]) -> bool:
-    """Whether a call calls a method of a part, such as an axis, or of an image."""
+    """Whether a call is to a method of a part, such as an axis, or of an image."""
     owner = call.func.value if isinstance(call.func, ast.Attribute) else None
     is_part = isinstance(owner, ast.Attribute) and owner.attr in parts
     return is_part or (isinstance(call.func, ast.Attribute) and call.func.attr in _OF_IMAGES)

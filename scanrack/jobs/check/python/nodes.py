@@ -65,7 +65,7 @@ def stored_attributes(tree: Trees) -> set[str]:
 
 
 def targets_of(node: ast.AST) -> Sequence[ast.expr]:
-    """Return the targets of an assignment with a value; nothing for another statement."""
+    """Return the targets of an assignment with a value; none for other statements."""
     if isinstance(node, ast.Assign):
         return node.targets
     return [node.target] if isinstance(node, ast.AnnAssign) and node.value is not None else []
@@ -75,7 +75,7 @@ def assignments_in(nodes: Trees) -> Iterator[tuple[ast.expr, ast.expr]]:
     """Yield the targets of assignments with their values.
 
     Args:
-        nodes: a tree; or statements, of which inner statements are ignored.
+        nodes: a tree, or statements; statements inside these are ignored.
     """
     for node in ast.walk(nodes) if isinstance(nodes, ast.AST) else nodes:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
@@ -125,7 +125,7 @@ def is_self(node: ast.AST) -> bool:
 
 
 def field_of(node: ast.AST) -> str:
-    """Return `name` for `self.name`; "" for another expression."""
+    """Return `name` for `self.name`; "" for any other expression."""
     return node.attr if isinstance(node, ast.Attribute) and is_self(node.value) else ""
 
 

@@ -123,7 +123,7 @@ class Numbers:
         return ANY
 
     def _loop_range(self, name: str, parameters: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
-        """Return the range of a loop variable in `for i in range(...)`; ANY for another loop."""
+        """Return the range of a loop variable in `for i in range(...)`; ANY for any other loop."""
         iterable, position = self._reader.loops[name]
         is_range = isinstance(iterable, ast.Call) and ast.unparse(iterable.func) == "range"
         if not isinstance(iterable, ast.Call) or not is_range or position is not None:
@@ -136,7 +136,7 @@ class Numbers:
 
     @staticmethod
     def _call_range(name: str, ranges: Sequence[Range]) -> Range:
-        """Return the range of the result of a built-in function; ANY for another function."""
+        """Return the range of the result of a built-in function; ANY for any other function."""
         if name in ("min", "max") and len(ranges) > 1:
             pick = min if name == "min" else max
             least, most = pick(number.least for number in ranges), pick(number.most for number in ranges)

@@ -190,7 +190,7 @@ class Reader:
             yield Violation(FileLine(self.file, line), text)
 
     def _may_zero(self) -> bool:
-        """Whether the program may write word 0 by other means than a command."""
+        """Whether the program may write word 0 by means other than a command."""
         attributes = (node.attr for node in nodes_in(self.tree, ast.Attribute))
         return (
             any(map(is_stored, nodes_in(self.tree, ast.Subscript)))
@@ -199,7 +199,7 @@ class Reader:
         )
 
     def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
-        """Return a function that tests whether the program names a terminal; None if it names none at all."""
+        """Return a function that tests whether the program names a terminal; None if it names none."""
         words = {node.value for node in nodes_in(self.tree, ast.Constant)}
         words |= {node.attr for node in nodes_in(self.tree, ast.Attribute)}
         if words.isdisjoint(terminals):
@@ -217,7 +217,7 @@ def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | No
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
-    """Yield sets of arguments: all first values, then each further value with all other first values.
+    """Yield sets of arguments: all first values; then each other value with the first values of the rest.
 
     >>> list(variants({"a": (1, 2), "b": (3,)}))
     [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]

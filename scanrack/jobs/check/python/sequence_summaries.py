@@ -151,7 +151,7 @@ class SequenceSummaries:
         self._pending = {axis: call for axis, call in self._pending.items() if axis in pending_after_body}
 
     def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Position) -> None:
-        """Note statement bodies of which some may not run. Each starts without a pending command."""
+        """Note statement bodies, some of which may not run. Each starts without a pending command."""
         for body in bodies:
             self._pending = {}
             self._body(body, place)
@@ -159,7 +159,7 @@ class SequenceSummaries:
     def _passes(self, loop: ast.For, place: _Position) -> Iterator[_Position]:
         """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`.
 
-        For another loop, yield only the state before it.
+        For any other loop, yield only the state before it.
         """
         elements = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
         axes = [self._axis(node, place) for node in elements]
@@ -201,7 +201,7 @@ class SequenceSummaries:
         return place
 
     def _take(self, name: str, held_locks: Sequence[str], line: FileLine) -> None:
-        """Note that a sequence takes a lock; remark if its order can block sequences forever."""
+        """Note that a sequence takes a lock; report an order of locks that can block sequences forever."""
         if name in held_locks:
             text = f"{self._owner} takes {name}, which it holds already: it waits for itself"
             self._facts.remark("lock-order", line, text)
@@ -216,7 +216,7 @@ class SequenceSummaries:
             self._taken.setdefault(held, {}).setdefault(name, line)
 
     def _chain(self, first: str, last: str) -> FileLine | None:
-        """Return the first line of a chain of lock orders from one lock to another; None if none exists."""
+        """Return the first line of a chain of lock orders from one lock to another; None if none."""
         visited, todo = {first}, list(self._taken.get(first, {}).items())
         while todo:
             name, first_line = todo.pop(0)
@@ -247,7 +247,7 @@ class SequenceSummaries:
             self._pending = {}  # such a wait may be for the end of any command
 
     def _commanded(self, node: ast.expr, place: _Position) -> str:
-        """Return the axis whose method an expression calls; "" for another expression."""
+        """Return the axis whose method an expression calls; "" for any other expression."""
         method = node.func if isinstance(node, ast.Call) else None
         return self._axis(method.value, place) if isinstance(method, ast.Attribute) else ""
 
@@ -309,7 +309,7 @@ class SequenceSummaries:
             self._facts.remark("move-interrupted", command.place, text)
 
     def _segments(self, call: ast.Call, place: _Position) -> tuple[tuple[Range, Range, Range], ...] | None:
-        """Return length, speed and rate of a blend's segments; None if the text does not determine them."""
+        """Return the length, speed and rate of a blend's segments; None if they are unknown."""
         segments_node = given_to(["segments"], call).get("segments")
         segments = self._numbers[place.file].sequence(segments_node) if segments_node is not None else None
         if segments is None or not all(isinstance(segment, BlendSegment) for segment in segments):

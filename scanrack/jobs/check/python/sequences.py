@@ -149,7 +149,7 @@ class _SequenceReader:
             self._facts.remark("unused-tag", field.place, text)
 
     def _of_one_file(self, reader: Reader) -> None:
-        """Note counters and blocks that nothing runs, and note the steps without their commands."""
+        """Note counters that never count, blocks that are never called, and the changes of steps."""
         recorded = [name for name in self._facts.variables if self._is_recorded(name)]
         note_counting(reader, recorded)
         never_called(reader, self._blocks)

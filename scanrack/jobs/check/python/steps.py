@@ -25,7 +25,7 @@ from .scans import KINDS as CLASSES
 from .walk import Walk, WalkPlace
 
 END_SIGNS = re.compile(r"now_ns|number|position|" + "|".join(status.name or "" for status in StatusMsw))
-"""Finds, in the text of a value, signs that a motion has ended or that time has passed."""
+"""Finds signs in the text of a value that a motion has ended or that time has passed."""
 
 START = "__init__"
 
@@ -91,7 +91,7 @@ class PythonSteps:
         }
 
     def use(self, machine: str, step: Step) -> StepUse | None:
-        """Return the use of a step; None if the step may change in ways that are not analyzed."""
+        """Return how the program uses a step; None if the step may change in ways that are not analyzed."""
         name = machine.rpartition(".")[2]
         same_name = (text for text in self._walk.values if text != machine and text.endswith(f".{name}"))
         stored = self._stored.get(machine)  # None for an element, as of an image
@@ -136,7 +136,7 @@ class PythonSteps:
 
     @cached_property
     def _machines(self) -> dict[str, frozenset[Step]]:
-        """The names that get only constants, each with the constants it gets or is compared with."""
+        """Names that are assigned only constants, with all constants they are assigned or compared with."""
         compared: dict[str, set[Step | None]] = {}
         for node in nodes_in(self._reader.tree, ast.Compare):
             if len(node.comparators) == 1:

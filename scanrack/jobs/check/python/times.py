@@ -1,4 +1,4 @@
-"""Times in a Python program that were meant in another unit.
+"""Times in a Python program that were meant in a different unit.
 
 if scan.now_ns - line.since > 500:     500 ns: true in the next scan
 await dwell("500 us")                  shorter than a scan
@@ -17,7 +17,7 @@ CLOCK = "now_ns"
 
 
 def note_short_times(reader: Reader, scan_ns: int) -> None:
-    """Note comparisons of an elapsed time with less than a scan."""
+    """Note comparisons of an elapsed time with a time shorter than a scan."""
     for function, _ in functions_in(reader.tree):
         names = _names(function)
         for node in nodes_in(function, ast.Compare):
@@ -39,7 +39,7 @@ def _names(function: Function) -> dict[str, ast.expr]:
 
 
 def _unit_ns(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:
-    """Return the unit of an elapsed time in ns; None for another expression."""
+    """Return the unit of an elapsed time in ns; None for any other expression."""
     if depth == 0:
         return None
     if isinstance(node, ast.Name) and node.id in names:

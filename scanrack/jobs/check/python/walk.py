@@ -27,7 +27,7 @@ class WalkPlace:
     """The conditions of a statement.
 
     Attributes:
-        entry: the function in which the walk has started.
+        entry: the function in which the walk started.
         when: the condition as written.
         reached: the condition without the parts that are always true.
         free: the condition in terms of inputs and fields.

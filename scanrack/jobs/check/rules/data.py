@@ -61,7 +61,7 @@ def overwritten(subject: Subject) -> Iterator[Violation]:
 
 
 def _is_same_part(access: Access, earlier: Access) -> bool:
-    """Whether another statement of the same routine writes the same part."""
+    """Whether a different statement in the same routine writes the same part."""
     is_same = access.part == earlier.part and access.unit == earlier.unit
     return is_same and access.place != earlier.place
 
@@ -173,7 +173,7 @@ def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
 
 
 def _latches(accesses: Iterable[Access]) -> Iterable[Access]:
-    """Return the first latch of each bit, except latches that are meant to stay."""
+    """Return the first latch of each bit, except latches that are meant to stay on."""
     latches: dict[str, Access] = {}
     for access in accesses:
         if access.use is Touch.LATCH and not access.once and not access.steady:
@@ -188,7 +188,7 @@ def several_tasks(subject: Subject) -> Iterator[Violation]:
 
 
 def several_writers(subject: Subject) -> Iterator[Violation]:
-    """Find outputs that two sequences write, or a sequence and a statement of every scan."""
+    """Find outputs written by two sequences, or by a sequence and a statement of every scan."""
     for variable, accesses in subject.by_variable:
         if variable.role is Role.OUTPUT:
             of_sequences = [access for access in accesses if not access.task]
@@ -207,7 +207,7 @@ def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterat
 
 
 def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterator[Violation]:
-    """Find the first write by another task or sequence than the one that writes first."""
+    """Find the first write by a task or sequence other than the first writer."""
     owned_writes = [access for access in accesses if access.writes and access.owner and not access.once]
     for write in owned_writes:
         first = owned_writes[0]

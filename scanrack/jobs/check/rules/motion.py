@@ -1,4 +1,4 @@
-"""Rules about axis commands in any language that a 3601 refuses in any state.
+"""Rules about axis commands, in any language, that a 3601 refuses in any state.
 
 Limits and rule texts come from `io_images.amci3601`.
 """
@@ -29,7 +29,7 @@ ENDING = ("home", "move_to", "move_by", "register", "run_blend")
 """Motions that end by themselves."""
 
 AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
-"""Commands that a program may send only once."""
+"""Commands that a program may legitimately send only once."""
 
 
 def out_of_range(subject: Subject) -> Iterator[Violation]:
@@ -252,7 +252,7 @@ def _is_positioned_by_home(commands: Sequence[Command], configurations: Sequence
 def _beyond_limit(
     subject: Subject, slot: SlotSpec, move: Command, home: tuple[float, float]
 ) -> Iterator[Violation]:
-    """Find the first position of an absolute move that lies beyond a limit switch."""
+    """Find the first position of an absolute move that is beyond a limit switch."""
     configurations = subject.configurations(slot.number)
     first, last = home
     for position in _possible(move, "position"):
@@ -306,7 +306,7 @@ def execute_stays(subject: Subject) -> Iterator[Violation]:
 
 
 def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
-    """Whether a bit rises at most once. The Done bit of a block stays on as long as its Execute."""
+    """Whether a bit rises at most once. The Done bit of a block stays on as long as its Execute does."""
     if execute == "1":
         return True
     name = next((key for key in subject.facts.variables if _is_part_of(execute, key)), "")

@@ -22,9 +22,9 @@ class _Machine:
         ]
 
     def changes_after(self, motion: StepAction, step: Step) -> list[StepAction]:
-        """Return the changes from a step to another step.
+        """Return the changes from one step to another.
 
-        If the motion starts in this step, changes with the same condition as the motion take precedence.
+        If the motion starts in this step, changes that have the same condition as the motion take precedence.
         """
         changes = [
             change for change in self._changes if change.steps == frozenset((step,)) and change.goes != step
@@ -56,7 +56,7 @@ class _Machine:
 
 
 def unfinished(subject: Subject) -> Iterator[Violation]:
-    """Find motions of a step that start while the motion of an earlier step may be under way."""
+    """Find motions of a step that start while the motion of an earlier step may still be under way."""
     for machine in _machines(subject):
         for first, start in machine.motions_with_steps():
             later = _next_unfinished(machine, first, start) if first.kind in ENDING else None
@@ -74,7 +74,7 @@ State = tuple[Step, bool]
 
 
 def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
-    """Return the first later motion that may start before this motion ends; None if none may."""
+    """Return the first later motion that may start before this motion ends; None if there is none."""
 
     def onward(state: State) -> Iterator[State]:
         step, is_cleared = state
@@ -136,7 +136,7 @@ class _Graph:
         return [change for change in self._changes if change.goes == step]
 
     def dead_ends(self) -> Iterator[Step]:
-        """Yield the steps that nothing leaves, except steps with a name for a final step."""
+        """Yield the steps that are never left, except steps whose names mark a final step."""
         for step, next_steps in self._next_steps.items():
             is_final = isinstance(step, str) and FINAL.search(step)
             if not next_steps and not is_final:

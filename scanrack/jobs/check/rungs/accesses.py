@@ -33,7 +33,7 @@ class Variables:
     """The variables of a program.
 
     Attributes:
-        by_key: tags, and the terminals and add-on members of which `key` was asked.
+        by_key: tags, and the terminals and add-on members for which `key` was called.
     """
 
     def __init__(self, view: LadderView) -> None:
@@ -108,7 +108,7 @@ def _start(key: str, mention: Mention) -> str:
 
 
 def in_first_scan(bits: Iterable[Bit]) -> bool:
-    """Whether the first-scan bit is among bits that are on."""
+    """Whether the first-scan bit is among the bits that are on."""
     return any(bit.on and bit.name.startswith(FIRST_SCAN) for bit in bits)
 
 
@@ -118,7 +118,7 @@ def _is_steady(part: Condition) -> bool:
 
 
 def _reference_arguments(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Mention]:
-    """Yield the arguments that an add-on instruction gets by reference, which it may read and write."""
+    """Yield the arguments passed to an add-on instruction by reference, which it may read and write."""
     frame = lowered.frames.get(call.name)
     for name, operand in call.handed.items():
         writes = frame is None or name in frame.written
@@ -133,7 +133,7 @@ def touch_of(mention: Mention) -> Touch:
 
 
 def use_of(point: Point, mention: Mention) -> Touch:
-    """Return the use of an operand by an instruction."""
+    """Return how an instruction uses an operand."""
     touch = touch_of(mention)
     if touch is not Touch.WRITE:
         return touch
@@ -147,7 +147,7 @@ def use_of(point: Point, mention: Mention) -> Touch:
 
 
 def _assigned(point: Point) -> Touch:
-    """Return the use of the bit to which an assignment writes."""
+    """Return how an assignment uses the bit that it writes."""
     value = point.step.operands[1]
     if point.condition == TRUE:
         return Touch.COIL

@@ -158,7 +158,7 @@ def _text(operand: Resolved) -> str:
 def _segments(
     call: AddOnCall, number: Resolved | None, values: Values
 ) -> tuple[tuple[Range, Range, Range], ...] | None:
-    """Return length, speed and rate of a blend's segments, as far as they are known.
+    """Return the length, speed and rate of a blend's segments, as far as they are known.
 
     Args:
         number: the number of segments; None if the block programs no blend.

@@ -88,7 +88,7 @@ class RoutineCalls:
                 yield point, key_of(bit)
 
     def twice(self, facts: Facts) -> None:
-        """Note timers, blocks and similar that are in a routine that runs twice in a scan."""
+        """Note timers, blocks and similar instructions in a routine that runs twice in a scan."""
         pairs: dict[str, tuple[Run, Run] | None] = {}
         for point in self._points:
             name = point.routine.name
@@ -104,7 +104,7 @@ class RoutineCalls:
                 facts.remark("block-twice", point.place, text)
 
     def _two_runs(self, routine: LoweredRoutine) -> tuple[Run, Run] | None:
-        """Return two paths to a routine that one scan may both take; None if no two paths may be."""
+        """Return two paths to a routine that may both be taken in one scan; None if there are none."""
         for first, second in combinations(self.runs(routine), 2):
             if not never(AllOf((first.when, second.when))):
                 return first, second

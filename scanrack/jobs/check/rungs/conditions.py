@@ -82,7 +82,7 @@ class RungConditionNames:
 
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
-    """Return the keys of timers that only TON and RTO run. DN and TT of these are never on together."""
+    """Return the keys of timers that only TON and RTO run. Their DN and TT are never on together."""
     keys: dict[bool, set[str]] = {False: set(), True: set()}  # by whether a TOF runs the timer
     for step in steps:
         timer = group_of(step, ("TON", "RTO", "TOF"))
@@ -174,7 +174,7 @@ class Conditions:
         return Compare(name, relation, value, limits.least, limits.most, limits.whole)
 
     def _never_gets(self, operand: Resolved, value: float) -> bool:
-        """Whether a number gets only constants, all different from a value."""
+        """Whether a number is assigned only constants, none of which equals a value."""
         choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
         are_constants = len(choices) > 2 and all(choice.is_constant for choice in choices)
         return are_constants and all(choice.least != value for choice in choices)

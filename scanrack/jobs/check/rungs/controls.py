@@ -26,7 +26,7 @@ FAMILIES: Mapping[str, str] = {
 """Instructions that share a CONTROL with others [1756-RM003, array (file)/shift, sequencer instructions]."""
 
 LOADS = {"FFU": "FFL", "LFU": "LFL"}
-"""By instruction that unloads a queue, the instruction that loads it."""
+"""The instruction that loads a queue, by the instruction that unloads it."""
 
 
 def shared(view: LadderView, facts: Facts) -> None:

@@ -36,13 +36,13 @@ RUN = {
     "FBD_TIMER": "times",
     "SLC_TIMER": "times",
 }
-"""By type of a structure: the verb for an instruction that runs it."""
+"""By type of structure: the verb for an instruction that runs it."""
 
 PART = re.compile(r"(?:\.(\w+))?((?:\[[^\]]*\])*+)")
 """Finds the member in a part, with the subscripts of its structure: ".DN[3]"."""
 
 RESULTS = frozenset(("ACC", "DN", "TT", "CU", "CD", "OV", "UN", "EN"))
-"""The members that change while it runs."""
+"""Members that change while a counter or timer runs."""
 
 
 def never_run(facts: Facts) -> None:
@@ -127,13 +127,13 @@ class Subscript(NamedTuple):
 
 
 def _only_counts(index: Place, values: Values) -> bool:
-    """Whether a number counts and gets only known values."""
+    """Whether a number counts and is assigned only known values."""
     sources = values.sources(index)
     return None not in sources and any(_counts(source, key_of(index)) for source in sources)
 
 
 def _limited(point: Point, counted: str) -> Iterator[str]:
-    """Yield the numbers that an instruction reads, except in subscripts and except `counted`."""
+    """Yield the numbers that an instruction reads outside subscripts, in operands without `counted`."""
     for use, operand in uses_of(point.step):
         if operand is not point.target and use is not Use.TARGET:
             read = list(_read(operand))
@@ -143,7 +143,7 @@ def _limited(point: Point, counted: str) -> Iterator[str]:
 def _note_reached(
     subscript: Subscript, limits: Sequence[Point], resets: Sequence[Point], facts: Facts
 ) -> None:
-    """Note a subscript that counts if nothing limits it, or if its limit is beyond its array."""
+    """Note a counting subscript if nothing limits it, or if its limit is beyond its array."""
     text = f"{subscript.text}: {subscript.number.text}"
     if not limits and not resets:
         text = f"{text} counts, but nothing keeps it within the array"
@@ -194,7 +194,7 @@ def _is_single(operand: Resolved) -> TypeGuard[Place]:
 
 
 def _counts(source: Resolved | None, key: str) -> bool:
-    """Whether a number gets the sum of itself and a constant."""
+    """Whether a number is assigned the sum of itself and a constant."""
     match source:
         case Calculation("+", (Constant() as increment, Place() as counted)) | Calculation(
             "+" | "-", (Place() as counted, Constant() as increment)
@@ -214,7 +214,7 @@ def _read(operand: object) -> Iterator[str]:
 
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
-    """Whether an instruction acts only in the first scan, or when a person presses a button."""
+    """Whether an instruction acts only in the first scan or when a person presses a button."""
     parts = set(leaves(point.condition)) - {TRUE}
     bits = [part for part in parts if isinstance(part, Bit)]
     levels = [bit for bit in bits if not bit.name.startswith(EDGE)]

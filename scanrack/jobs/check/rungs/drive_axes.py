@@ -15,7 +15,7 @@ from .view import LadderView
 
 
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
-    """Return the largest speed and rate of `limits` and of drives."""
+    """Return limits with the largest speed and rate of `limits` and the drive models."""
     drive_limits = [model.limits for model in models]
     return Limits(
         max([limits.speed, *(drive.speed for drive in drive_limits)]),
@@ -24,7 +24,7 @@ def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
 
 
 WordsOf = Callable[[object, int], Sequence[int | None] | None]
-"""Returns a number of constant words from an operand on; None if it is too short or not constant."""
+"""Returns a given number of constant words from an operand; None if it is too short or not constant."""
 
 
 def note_drives(view: LadderView, words_of: WordsOf) -> Iterator[Violation]:

@@ -54,7 +54,7 @@ def _why_endless(loop: Loop) -> str:
 
 
 def _are_fixed(places: Sequence[Place], steps: Iterable[LoweredStep]) -> bool:
-    """Whether nothing can change these values during a scan, neither these instructions nor anything else."""
+    """Whether neither these instructions nor anything else can change these values during a scan."""
     paths = set(map(path_of, places))
     return all(map(_is_of_program, places)) and not any(_may_write(step, paths) for step in steps)
 

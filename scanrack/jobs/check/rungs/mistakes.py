@@ -241,7 +241,7 @@ def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
 
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
-    """Whether an input switches a bit on, and the bit then stays on whatever else is off."""
+    """Whether an input switches a bit on, and the bit then stays on no matter what else is off."""
     power, seal = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
     bits = [leaf for leaf in leaves(power) if isinstance(leaf, Bit) and leaf.on]
     starts = (places.get(bit.name) for bit in bits if bit != seal)
@@ -268,7 +268,7 @@ def _is_rounded(source: Resolved) -> bool:
 
 
 def _constant_loss(source: Constant, limits: Range, *, is_pattern: bool) -> str:
-    """Return a message about the loss of a constant; "" if nothing is lost, as of a bit pattern 16#8000."""
+    """Return a message about the loss of a constant; "" if nothing is lost, as with bit pattern 16#8000."""
     value = source.value
     if value != int(value):
         return f"{value:g} loses its fraction"
@@ -312,7 +312,7 @@ def _decides(step: LoweredStep) -> bool:
 def _always_has_power(branch: Parallel, conditions: Conditions) -> bool:
     """Whether one leg or another of a branch is always true, although no single leg is.
 
-    The answer is no for a branch with inner branches.
+    False for a branch with inner branches.
     """
     if not all(isinstance(step, LoweredStep) for leg in branch.legs for step in leg):
         return False

@@ -78,7 +78,7 @@ class OperandOptions:
 
 
 def _joined(place: Place, written: Sequence[Choices]) -> Choices:
-    """Return the options of a number that gets any of the written values."""
+    """Return the options of a number that can have any of the written values."""
     options = [value for choices in written for value in choices.options][:MOST]
     names = [
         name for choices in written for name in choices.names or _names(place.leaf.path, choices.options)

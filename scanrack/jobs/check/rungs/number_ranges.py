@@ -149,7 +149,7 @@ class Values:
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
-        """Return the constants that a tag gets, with its initial value; a single range for other operands."""
+        """Return a tag's initial value and written constants; a single range for other operands."""
         if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
             return (self.range_of(operand),)
         written = self.written(operand)
@@ -251,7 +251,7 @@ COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
 """Types of timers and counters."""
 
 _CHANGING = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
-"""Members that a timer or counter writes itself."""
+"""Members that a timer or counter itself writes."""
 
 
 def _counts_of_for(

@@ -88,7 +88,7 @@ def path_of(operand: Place | Group) -> str:
 
 
 def around(path: str) -> Iterator[str]:
-    """Yield the paths of the structures around a path.
+    """Yield the paths of the structures that contain a path.
 
     >>> list(around("LINE.AXIS.GO"))
     ['LINE.AXIS', 'LINE']
@@ -104,7 +104,7 @@ def key_of(place: Place) -> str:
 
 
 def part_of(operand: Place | Group, tag: str) -> str:
-    """Return the part of a tag that an operand is: the rest of its path, its subscripts and its bit."""
+    """Return the part of a tag that an operand names: the rest of its path, its subscripts and its bit."""
     return f"{path_of(operand)[len(tag) :]}{_subscripts(operand)}"
 
 

@@ -111,7 +111,7 @@ class WriteReader:
         return words is None or words[0] is None
 
     def target(self, operand: object) -> tuple[int, int] | None:
-        """Return the slot and first word that a write to an operand or staged word changes; None if none."""
+        """Return the slot and first word that a write to an operand or staged word changes, or None."""
         direct = output_word(operand)
         if direct is not None or not isinstance(operand, Place | Group):
             return direct
@@ -128,7 +128,7 @@ class WriteReader:
         return self.constants_at(operand, WORDS)
 
     def constants_at(self, operand: object, length: int) -> tuple[int | None, ...] | None:
-        """Return the constant words from an operand on; None if there are fewer than `length`."""
+        """Return the constant words that begin at an operand; None if there are fewer than `length`."""
         if not isinstance(operand, Place | Group):
             return None
         start, words = _start_of(operand), self._constants.get(path_of(operand), ())
@@ -241,7 +241,7 @@ def _written_at(mention: Mention, length: int) -> Iterable[int]:
 
 
 def _reference_arguments(step: LoweredStep) -> Iterator[Place | Group]:
-    """Yield the operands that an add-on instruction gets by reference."""
+    """Yield the operands that are passed to an add-on instruction by reference."""
     for operand in step.operands:
         if isinstance(operand, AddOnCall):
             yield from operand.handed.values()

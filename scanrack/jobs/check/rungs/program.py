@@ -41,7 +41,7 @@ from .written_words import computed, never_cleared, words_out_of_range
 
 
 def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
-    """Return the facts of a ladder program; LadderError if it can't be built.
+    """Return the facts of a ladder program; raise LadderError if it can't be built.
 
     Args:
         path: file of the program, for messages.
@@ -66,7 +66,7 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
 
 
 def _warnings(view: LadderView, calls: RoutineCalls) -> Iterator[tuple[str, Violation]]:
-    """Yield the warnings of the build, except about coils in routines that exclude each other."""
+    """Yield the warnings of the build, except those about coils in routines that exclude each other."""
     repeated = []
     for warning in view.program.warnings:
         remark = Violation(place_at(warning.site, view.path), warning.text)

@@ -98,7 +98,7 @@ class _Reals:
         return all(_is_same(source, operand) or self._is_chosen(source, depth - 1) for source in others)
 
     def _sources(self, operand: Place) -> Sequence[Resolved | None]:
-        """Return the expressions written to a number, in an add-on instruction by its own routines."""
+        """Return the expressions written to a number; inside an add-on instruction, by its own routines."""
         if operand.frame:
             return self._in_frames.get(_memory(operand), ())
         return self._values.sources(operand)
@@ -114,7 +114,7 @@ class _Reals:
         return operand.type.is_integer or self._gets_whole(operand, depth)
 
     def _gets_whole(self, operand: Place, depth: int) -> bool:
-        """Whether a REAL starts with a whole number and gets only whole numbers."""
+        """Whether a REAL starts with a whole number and is assigned only whole numbers."""
         sources, initial = self._sources(operand), self._values.initial(operand)
         if not sources or (initial is not None and initial.least != int(initial.least)):
             return False
@@ -143,7 +143,7 @@ def _is_same(source: Resolved, operand: Place) -> bool:
 
 
 def _measured(left: Resolved, right: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
-    """Return "an elapsed time" or "an analog input" if one of two operands is; "" if neither is."""
+    """Return "an elapsed time" or "an analog input" if one of two operands is one; "" if neither is."""
     for place, number in ((left, right), (right, left)):
         if isinstance(place, Place) and place.bit is None:
             timer = path_of(place).removesuffix(".ACC")

@@ -129,8 +129,8 @@ def _speeds_in_words(writes: Sequence[Write]) -> Iterator[Command]:
     """Yield a move for each speed that the program writes to a slot as separate words.
 
     The rules then report speeds below the starting speed. Each low word is combined with the highest high
-    word, since the text does not show which words belong together. Slots with unknown words, and slots
-    without a move or home search, are left out.
+    word, because the text does not show which words belong together. Slots with unknown words, and slots
+    without a move or home search, are omitted.
     """
     by_word = grouped(writes, lambda write: write.word)
     high_writes, low_writes = by_word.get(SPEED_MSW, []), by_word.get(SPEED_LSW, [])

@@ -83,7 +83,7 @@ class Steps:
                 yield from self._actions_at(point, axis=command.axis, kind=command.kind, text=command.text)
 
     def _assigned(self) -> Iterator[tuple[Point, str, float]]:
-        """Yield the writes of constants to numbers that get only constants."""
+        """Yield the writes of constants to numbers that are assigned only constants."""
         for point in self._points:
             machine, value = self._machine(point.target), written_value(point.step)
             if machine and isinstance(value, Constant):
@@ -105,7 +105,7 @@ class Steps:
                 yield StepAction(machine, steps, point.place, ends=ends, moves=moves, when=when, **fields)
 
     def _possible_steps(self, condition: Condition, machine: str) -> frozenset[float] | None:
-        """Return the steps in which a condition can be true; None for all. Results are kept."""
+        """Return the steps in which a condition can be true; None for all. Results are cached."""
         key = condition, machine
         if key not in self._steps_of:
             self._steps_of[key] = steps_in(condition, machine, self._machines[machine])
@@ -140,7 +140,7 @@ class Steps:
         return steps_by_machine
 
     def use(self, machine: str, step: Step) -> StepUse:
-        """Return the use of a step."""
+        """Return how the program uses a step."""
         tests = list(self._testing(machine, step))
         works = any(not is_only_of(condition, machine) or point.value != TRUE for point, condition in tests)
         return StepUse(bool(tests), works, chosen=any(not point.is_rung for point, _ in tests))
@@ -172,7 +172,7 @@ class Steps:
         return {machine: frozenset(steps) for machine, steps in numbers.items()}
 
     def _machine(self, place: Place | None) -> str:
-        """Return the key of a number that gets only constants, at least two; "" for any other operand."""
+        """Return the key of a number assigned only constants, at least two; "" for any other operand."""
         if place is None or place.can_fault or place.bit is not None or not place.type.is_integer:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
@@ -248,7 +248,7 @@ class Steps:
 
     @cached_property
     def _first_scan_steps(self) -> dict[str, set[float]]:
-        """The steps to which machines go in the first scan."""
+        """The steps that machines go to in the first scan."""
         steps: dict[str, set[float]] = {}
         for point, machine, step in self._assigned():
             if in_first_scan(needed(point.condition)):

@@ -76,7 +76,7 @@ class Structure:
                 self._note_statement_after(inner)
 
     def _labels(self, routine: LoweredRoutine) -> None:
-        """Note labels to which nothing jumps."""
+        """Note labels that nothing jumps to."""
         labels_used = {step.operands[0] for step in steps_in(routine) if step.name == "JMP"}
         for label, rung in routine.labels.items():
             if label not in labels_used:
@@ -97,7 +97,7 @@ class Structure:
                 self._facts.remark("unreachable", self._view.place(routine.lines[0]), text)
 
     def _needs_call(self, name: str, routine: LoweredRoutine) -> bool:
-        """Whether something should call a routine: it has lines, is no monitor, and its program runs."""
+        """Whether something should call a routine: it has lines, is not a monitor, and its program runs."""
         is_monitor = name.rpartition(".")[2] == NEVER
         return bool(routine.lines) and not routine.frame and not is_monitor and self._runs(routine.name)
 

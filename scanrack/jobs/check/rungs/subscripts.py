@@ -21,7 +21,7 @@ def note_subscripts(
 
     Args:
         counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
-        noted: routines and subscripts that are already noted.
+        noted: routines and subscripts that have already been noted.
     """
     counts_here = counts.get(point.step.site, {})
     for operand, index, size in _subscripts(point) if counts_here else ():
@@ -55,7 +55,7 @@ def note_lengths(point: Point, facts: Facts) -> None:
 
 
 def _elements_from(operand: object) -> int | None:
-    """Return the number of array elements from an operand on; None if it is unknown."""
+    """Return the number of array elements from an operand to the end; None if it is unknown."""
     if not isinstance(operand, Place) or not operand.leaf.dims or operand.frame:
         return None
     return None if operand.fixed_index is None else operand.leaf.size - operand.fixed_index
@@ -72,7 +72,7 @@ def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
 
 
 def _count_and_offset(index: Resolved) -> tuple[str, float]:
-    """Return the key and offset of a subscript `I`, `I + 1` or `I - 1`; "" and 0 for another subscript."""
+    """Return the key and offset of a subscript `I`, `I + 1` or `I - 1`; "" and 0 for any other."""
     number, offset = index, 0.0
     match index:
         case Calculation("+" | "-" as sign, (number, Constant() as added)):

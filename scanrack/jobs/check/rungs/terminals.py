@@ -63,7 +63,7 @@ class Terminals:
                 yield mention.text, slot, self._view.declaration(name)
 
     def _owned_images(self) -> Iterator[tuple[str, int, FileLine]]:
-        """Yield the images of other modules, except networked drives, that a call of Amci3601 gets."""
+        """Yield the images of other modules, except networked drives, that a call of Amci3601 receives."""
         for call in self._view.calls:
             for name, operand in call.call.handed.items() if call.is_owner else ():
                 slot = first_leaf(operand).slot
@@ -80,7 +80,7 @@ class Terminals:
         return ", ".join(map(str, self._cards))
 
     def _no_terminal(self, operand: Place | Group) -> str:
-        """Return a message about a bit that is no terminal of its card; "" if it is one, or if unknown."""
+        """Return a message if a bit is not a terminal of its card; "" if it is one, or if unknown."""
         leaf = first_leaf(operand)
         if leaf.slot is None or not leaf.is_image:
             return ""

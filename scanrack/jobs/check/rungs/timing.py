@@ -75,7 +75,7 @@ def _assigns_one(point: Point) -> bool:
 
 
 def _never_disabled(points: Sequence[Point], targets: set[str], facts: Facts) -> None:
-    """Note a TONR that is called only in some steps and whose TimerEnable gets only 1."""
+    """Note a TONR that is called only in some steps and whose TimerEnable is only ever set to 1."""
     calls: dict[str, list[tuple[Point, Group]]] = {}
     assigns_one: dict[str, list[bool]] = {}  # by bit, for each instruction that writes it
     for point in points:

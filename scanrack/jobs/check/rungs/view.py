@@ -1,4 +1,4 @@
-"""The input of the collectors for a ladder program: its instructions, ranges of numbers, and blocks."""
+"""What the collectors for a ladder program read: its instructions, ranges of numbers, and blocks."""
 
 from __future__ import annotations
 

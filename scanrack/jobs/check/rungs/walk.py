@@ -45,7 +45,8 @@ class Point:
         own: the condition that the instruction tests; TRUE for an output.
         value: the condition that the instruction assigns to a bit; TRUE for any other instruction.
         argument: whether the instruction copies an argument of an add-on instruction.
-        guards: whether it is in an ELSE that is unreachable only with the constants a number gets today.
+        guards: whether it is in an ELSE that is unreachable only because of the constants that a number
+            currently gets.
     """
 
     routine: LoweredRoutine
@@ -80,7 +81,7 @@ class Walker:
 
     Args:
         conditions: converts instructions to conditions.
-        file: file of the program, for lines that do not name another file.
+        file: file of the program, for lines that do not name a different file.
     """
 
     def __init__(self, conditions: Conditions, lowered: LoweredProgram, file: Path) -> None:
@@ -205,7 +206,7 @@ class Walker:
         self._otherwise(selection.otherwise, otherwise)
 
     def _otherwise(self, body: Body, reached: Condition) -> None:
-        """Walk over an ELSE. It is a guard if only the constants that a number gets make it unreachable."""
+        """Walk over an ELSE. It is a guard if only a number's assigned constants make it unreachable."""
         outer = self._guards
         self._guards = outer or (never(reached) and not never(of_any_number(reached)))
         self._body(body, reached)

@@ -1,6 +1,6 @@
 """The rung that counts the scans of a user's controller, for import as L5X or SLC.
 
-In a periodic task of 2 ms the count measures time. The rung writes only its own tag.
+In a 2 ms periodic task, the count measures time. The rung writes only its own tag.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class ModuleTags:
 
     Attributes:
         slot: slot of the module, as in `Local:SLOT:I` and `Local:SLOT:O`.
-        counter: tag that counts scans; "" without one.
+        counter: tag that counts scans; "" if there is none.
         period_ns: time between counts, ns.
         wiring: inputs that are wired to outputs, each with the BOOL tag that energizes it.
     """
@@ -206,7 +206,7 @@ def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
 
 
 def counter_of(text: str | None) -> tuple[str, int]:
-    """Return the tag and period of `TAG:MS`; for None, an empty tag.
+    """Return the tag and period in `TAG:MS`; for None, an empty tag.
 
     Raises:
         ValueError: the text is invalid.

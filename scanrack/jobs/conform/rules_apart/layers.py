@@ -257,7 +257,7 @@ class OneLook(AlteredLayer):
 
 
 class StoppedWithoutHome(AlteredLayer):
-    """A home search that end limits have stopped sets Stopped."""
+    """A home search that was stopped by end limits sets Stopped."""
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:

@@ -3,9 +3,9 @@
     factor    500 ......... 905 | 912 ...... 951 | 958 ......... 2000   thousandths
     reads      12    ...    310 |      all       | 301    ...      11   explained
 
-The closer a factor is to the module's factor, the more reads it explains. The search begins with a coarse row
-of factors. It continues between the best factors and their neighbors until a factor explains every read. The
-nearest contradicted factors on both sides bound the module's factor.
+The closer a factor is to the module's factor, the more reads it explains. The search begins with a coarse
+series of factors. It continues between the best factors and their neighbors until a factor explains every
+read. The nearest contradicted factors on both sides bound the module's factor.
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ def either(scales: Sequence[FittedScale]) -> str:
 def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale]]:
     """Return the scales of each scene, without quantities that explain fewer scenes than another quantity.
 
-    A short scene can't tell several quantities apart. A quantity that explains the same scenes and more is
-    likelier.
+    A short scene can't tell several quantities apart. A quantity that explains the same scenes and others is
+    more likely.
     """
     explained: dict[str, set[int]] = {}
     for number, scales in enumerate(scenes):
@@ -138,7 +138,7 @@ class _Fit:
         self._results: dict[int, Search] = {}  # by factor
 
     def _try(self, factor: int) -> Search:
-        """Return the result of a factor. Results are kept."""
+        """Return the search result for a factor. Results are cached."""
         if factor not in self._results:
             self._results[factor] = self._trial(scaled(self._quantity, factor))
         return self._results[factor]
@@ -161,7 +161,7 @@ class _Fit:
         """Return the factors halfway between factors that explain most reads and their neighbors.
 
         On one side of the module's factor, the same read may contradict every factor, however far off. The
-        module's factor is then at the edge of such a row.
+        module's factor is then at the edge of these factors.
         """
         factors = sorted(self._results)
         most = max(self._results[factor].reads for factor in factors)

@@ -1,7 +1,7 @@
 """Models of a 3601 without one of its rules.
 
-A rule that sets bits is left out by silencing them. `STATEMENTS` has the behavior without each of the other
-rules. A rule without bits that is not in `STATEMENTS` stays open.
+A rule that sets bits is removed by suppressing those bits. `STATEMENTS` has the behavior without each of the
+other rules. A rule without bits that is not in `STATEMENTS` stays open.
 """
 
 from __future__ import annotations
@@ -275,7 +275,7 @@ def without(rule: str, fired: Collection[str]) -> Alteration | None:
 
     Args:
         fired: the rules that fired in the scene. Rules with the same cause that set no other bits are also
-            left out.
+            removed.
     """
     bits = bits_of(rule, WORDS_3601) if rule in fired else 0
     if not bits:

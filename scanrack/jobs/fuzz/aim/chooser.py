@@ -6,8 +6,8 @@
     later runs            25 % are entirely random
 
 Another 30 % come from the sweep, as long as it has scenarios. The rest vary an entry of the corpus. A variant
-keeps the events of the entry up to a scan with a new feature, and adds random events. Or it moves, lengthens
-or replaces one event, or adds events of another entry.
+keeps the events of the entry up to a scan with a new feature, and adds random events. Alternatively, it
+moves, lengthens or replaces one event, or adds events from another entry.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .sweep import Sweep
 from .times import MS
 
 BLIND = 150
-"""Number of first runs of a campaign. More of them are entirely random than later."""
+"""Number of runs at the start of a campaign. More of these are entirely random than later runs."""
 
 FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
 """Shares of entirely random runs and of sweep runs, each in the first runs and later."""
@@ -40,7 +40,7 @@ MOST_HELD = 24
 """Maximum number of runs with a single contact."""
 
 TRIMMING = 0.25
-"""Maximum number of trimming runs per other run. Beyond it, entries are not trimmed yet."""
+"""Maximum number of trimming runs per other run. Beyond it, trimming is postponed."""
 
 MOST_PARTS = 12
 """Scenarios with more parts are shortened before they are varied."""
@@ -125,7 +125,7 @@ class Chooser:
         return with_part(Scenario(), replace(contact, at_ns=at_ns, for_ns=for_ns + 5 * draws.scan_ns))
 
     def _prefer_contacts(self, scenario: Scenario) -> None:
-        """Make later scenarios operate the contacts of this one more often."""
+        """Make later scenarios operate the contacts of this scenario more often."""
         for part in timed_parts(scenario):
             if isinstance(part, Contact):
                 self._draws.contacts.prefer(replace(part, at_ns=0, for_ns=0))
@@ -147,7 +147,7 @@ class Chooser:
             self._sweep.take(entry)
 
     def _variant(self, entry: Entry) -> Scenario:
-        """Return a random variant of an entry, see the module."""
+        """Return a random variant of an entry, see the module docstring."""
         random, draws = self._random, self._draws
         draws.narrow()
         scenario, point = entry.scenario, random.choice(entry.points)

@@ -1,4 +1,4 @@
-"""Draws buttons and failing sensors. Contacts with a reaction of the program are drawn more often."""
+"""Draws buttons and failing sensors. Contacts to which the program reacts are drawn more often."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BUTTON, SENSOR, REACTION = 2, 1, 6
 
 
 class Contacts:
-    """The contacts of a rack with their weights. The object is false without contacts."""
+    """The contacts of a rack with their weights. The object is false if there are no contacts."""
 
     def __init__(self, spec: RackSpec, kinds: Collection[Kind]) -> None:
         self._weights: dict[Contact, int] = {}

@@ -26,10 +26,10 @@ LEAST_WORTH = 1.5
 """Minimum worth of an entry. Scenarios with only one to four pairs are not kept."""
 
 MOST_WORTH = 8.0
-"""Limit of the worth in the choice of an entry."""
+"""Maximum worth that counts when an entry is chosen."""
 
 MOST_ENTRIES = 300
-"""Maximum number of entries. Beyond it, the most varied entry is removed."""
+"""Maximum number of entries. Beyond it, the entry that was varied most often is removed."""
 
 MOST_SEEN = 100_000
 """Maximum number of known features. Beyond it, no feature counts as new."""
@@ -41,7 +41,7 @@ LATE = 30
 """Earliest scan to which trimming moves the first event."""
 
 EARLIER = (1.0, 0.6, 0.3)
-"""Shares of the distance to this scan by which trimming moves the events."""
+"""Shares of the distance to scan `LATE` by which trimming moves the events."""
 
 Run = Callable[[Scenario], Edges | None]
 """Runs a scenario. Returns its changes, or None if it breaks an invariant."""
@@ -97,7 +97,7 @@ class Corpus:
         numbers: highest number of a shared entry.
         swept: kinds of thin states that the sweep has begun.
         waiting: untried scenarios of the sweep, each with its kind of state; None = from an earlier round.
-        answered: contacts with a reaction of the program.
+        answered: contacts to which the program has reacted.
         part: index of the task of this search, and the number of tasks.
     """
 
@@ -186,7 +186,7 @@ class Corpus:
         self.entries.append(entry)
 
     def choose(self, random: Random) -> Entry:
-        """Return an entry to vary: half the time the latest new step, else a rarely varied entry."""
+        """Return an entry to vary: half the time the latest new step, otherwise a rarely varied entry."""
         recent_steps = [
             entry for entry in self.entries[-6:] if entry.worth >= STEP_WORTH and entry.chosen < FRESH_CHOICES
         ]
@@ -229,7 +229,7 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
 
 
 def _simpler_scenarios(entry: Entry, scan_ns: int) -> Iterator[Scenario]:
-    """Yield simpler versions of an entry's scenario: without half of its parts, a quarter, one, or earlier.
+    """Yield an entry's scenario simplified: without half, a quarter or one of its parts, or earlier.
 
     The caller sets the entry's scenario to the yielded one to accept it. The next version is based on it.
     """
@@ -251,7 +251,7 @@ def _simpler_scenarios(entry: Entry, scan_ns: int) -> Iterator[Scenario]:
 
 
 def _earlier(scenario: Scenario, share: float, scan_ns: int) -> Scenario | None:
-    """Return a scenario with all events moved by a share of the way to scan `LATE`; None if not later."""
+    """Return a scenario with all events moved a share of the way to `LATE`; None if already earlier."""
     instants_ns = [part.at_ns for _, part in parts_of(scenario) if isinstance(part, Timed)]
     first_scan = min(instants_ns, default=0) // scan_ns
     if first_scan <= LATE:

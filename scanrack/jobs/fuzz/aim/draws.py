@@ -4,7 +4,7 @@
     30 %                  soon after the previous event, on a logarithmic scale
     20 %                  anywhere
 
-But 15 % of the events begin at about the same time as another one, and 25 % of the durations end near an
+However, 15 % of the events begin at about the same time as another one, and 25 % of the durations end near an
 edge. Some durations and distances are times from the program. Some buttons are pressed several times in a
 rhythm.
 """
@@ -60,7 +60,7 @@ TOGETHER = 0.15
 """Share of events that begin at about the same time as another one."""
 
 AT_EDGES, SOON = 0.5, 0.8
-"""Share of the other events near an edge, and the sum of this share and of events soon after another one."""
+"""Share of the other events near an edge, and the sum of that share and the share soon after an event."""
 
 AGAIN = 0.4
 """Share of events that repeat an earlier press of their scenario."""
@@ -262,7 +262,7 @@ class Draws:
         return make_part(scan, edges)
 
     def _pressed_again(self, press: Contact, scan: int) -> Contact:
-        """Return the same press in another scan, on a random axis."""
+        """Return the same press in a different scan, on a random axis."""
         at_ns = scan * self.scan_ns
         if isinstance(press, ContactPress):
             return replace(press, at_ns=at_ns)
@@ -306,7 +306,7 @@ class Draws:
         return self._with_change(scenario, moved, edges)
 
     def with_one_longer(self, scenario: Scenario, edges: Edges) -> Scenario:
-        """Return a scenario with another duration of a random event, if this event has a duration."""
+        """Return a scenario with a different duration for a random event, if the event has a duration."""
         random = self._random
 
         def longer(part: Timed) -> Timed:
@@ -327,13 +327,13 @@ class Draws:
         return scenario_of(parts)
 
     def joined(self, scenario: Scenario, other: Scenario) -> Scenario:
-        """Return a scenario with the first events of another one added."""
+        """Return a scenario with the first events of another scenario added."""
         for part in timed_parts(other)[:MOST_JOINED]:
             scenario = with_part(scenario, part)
         return scenario
 
     def _with_change(self, scenario: Scenario, change: Callable[[Timed], Timed], edges: Edges) -> Scenario:
-        """Return a scenario with one random event changed. A scenario without events gets a new part."""
+        """Return a scenario with one random event changed. If it has no events, add a part."""
         parts = parts_of(scenario)
         timed_indices = [index for index, (_, part) in enumerate(parts) if isinstance(part, Timed)]
         if not timed_indices:
@@ -368,7 +368,7 @@ class Draws:
         return min(max(scan, 0), self.scans - 1)
 
     def _random_scan(self, edges: Edges, from_scan: int) -> int:
-        """Return a random scan near an edge, soon after `from_scan`, or anywhere, maybe out of the run."""
+        """Return a random scan near an edge, soon after `from_scan`, or anywhere, maybe outside the run."""
         random, scans = self._random, self.scans
         draw = random.random()
         if draw < AT_EDGES and (edge_scan := edges.near(random, from_scan)) is not None:
@@ -423,7 +423,7 @@ class Draws:
         return InjectedFault(scan * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._duration_ns(scan, edges))
 
     def _torn(self, scan: int, edges: Edges) -> InjectedFault:
-        """Return a torn update, mostly in a scan with changes of several words. Others have no effect."""
+        """Return a torn update, mostly in a scan in which several words change. Others have no effect."""
         random = self._random
         slots = [slot.number for slot in self._spec.slot]
         if random.random() < AT_CHANGES and (output_change := edges.output(random)) is not None:

@@ -1,4 +1,4 @@
-"""The scans of a run with changes, in groups. A search places its events near them."""
+"""The scans of a run in which something changes, in groups. A search places its events near them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Group = dict[Hashable, list[int]]
 COMMAND, STATE, THIN = "command", "state", "thin"
 
 SIZE, PAIR, UNDER = "size", "pair", "under"
-"""Groups that show only that a run is new. No event is placed near their changes."""
+"""Groups that only show that a run is new. No event is placed near their changes."""
 
 INPUTS = ("status", "number")
 """Groups of the modules' responses."""
@@ -46,7 +46,7 @@ MOST_SCANS, MOST_KINDS = 200, 2_000
 """Maximum number of recorded scans per change, and of changes per group. Later ones are not recorded."""
 
 BEGINNING = 5
-"""Scans after power-up. Thin states in them are ignored, since every state is thin there."""
+"""Number of scans after power-up in which thin states are ignored, since every state is thin there."""
 
 MOST_STEPS = 4
 """Maximum number of small values of a step number that also has large values; else it is a quantity."""
@@ -55,8 +55,8 @@ MOST_STEPS = 4
 class Edges:
     """The changes in one run.
 
-    A draw chooses a group, then a kind, then a scan. So a bit with one change is as likely as a bit with a
-    thousand changes.
+    A draw chooses a group, then a kind, then a scan. A bit with one change is therefore as likely to be
+    chosen as a bit with a thousand changes.
     """
 
     def __init__(self) -> None:

@@ -11,7 +11,7 @@
     pair       status bit under a command
     under      flag while the program is at certain steps
 
-Each group is first compared as a whole. So a scan without changes costs only one comparison per group.
+Each group is first compared as a whole. A scan without changes therefore costs only one comparison per group.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Probe(QuietListener):
         self._last_values: list[Values] = []  # for each reader
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
-        """Return the logic. An engine's compiled code now records the power in its rungs."""
+        """Compile an engine's code so that it records the power in its rungs; return the logic."""
         if type(logic) is Engine:
             scanner = noting(logic.lowered)
             notes = self._notes = [None] * scanner.note_count
@@ -192,7 +192,7 @@ class _Size(int):
 
 
 def _kind(value: Hashable) -> Hashable:
-    """Return the compared part of a value: the size of a large integer, else the value itself.
+    """Return the compared part of a value: the size of a large integer, otherwise the value itself.
 
     >>> _kind(32), _kind(33), _kind(-2), _kind(-40_000), _kind("go")
     (32, 52, -18, -132, 'go')

@@ -51,7 +51,7 @@ def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], d
 class _FieldsReader:
     """Reads the values, and returns the same dict until one of them changes.
 
-    Objects are compared by identity, since a program's own classes can define equality in any way.
+    Objects are compared by identity, because a program's own classes can define equality in any way.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[st
 
 
 def _holder(value: object, module_name: str, *, is_logic: bool) -> Mapping[str, Any] | None:
-    """Return a dict itself, or the fields of an object of the program's own class; else None."""
+    """Return a dict itself, or the fields of an object of the program's own class; otherwise None."""
     if type(value) is dict:
         return value
     if isinstance(value, type | FunctionType) or not (is_logic or type(value).__module__ == module_name):

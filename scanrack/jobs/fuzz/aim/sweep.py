@@ -79,7 +79,7 @@ class Sweep:
         del waiting[:-MOST_WAITING]
 
     def next(self) -> Scenario | None:
-        """Return a waiting scenario of the latest entry or of any entry; None if none waits."""
+        """Return a waiting scenario of the latest entry or of any entry; None if none is waiting."""
         waiting = self._corpus.waiting
         if not waiting:
             return None
@@ -105,8 +105,8 @@ class Sweep:
     def _torn_inputs(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
         """Yield the scenario with tears before its input changes, at several rungs.
 
-        A change of a number may miss the middle of a scan. So an entry with twice as many changes of the same
-        kind is tried again.
+        A change of a number may miss the middle of a scan. An entry with twice as many changes of the same
+        kind is therefore tried again.
         """
         for group in INPUTS:
             changes = {

@@ -26,7 +26,7 @@ MOST_TIMES = 40
 MS = 1_000_000
 
 SHORTEST_SCANS = 3
-"""Times of at most this many scans are left out, since random draws hit them anyway."""
+"""Times of at most this many scans are omitted, because random draws hit them anyway."""
 
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:

@@ -4,9 +4,10 @@
     task      is one search with a seed, a number of examples, and a share of that corpus
     report    is added to the state in the order of the tasks, not in the order of arrival
 
-A round depends on the earlier tasks and not on the workers. So a campaign takes the same steps with any
+A round depends on the earlier tasks and not on the workers, so a campaign takes the same steps with any
 number of workers. The first rounds have four tasks each. Later rounds have a quarter of the number of earlier
-tasks. So a task lacks the results of at most a fifth of all tasks, and n workers are busy after 4 n tasks.
+tasks. A task therefore lacks the results of at most a fifth of all tasks, and n workers are busy after 4 n
+tasks.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def campaign(
 
     Raises:
         CampaignError: the worker of a task has died several times.
-        InvariantError: an invariant raised.
+        InvariantError: an invariant raised an exception.
     """
     runner = _TaskRunner(work, executor, jobs, has_time, allowance)
     rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, again, suggest)

@@ -52,7 +52,7 @@ class Processes(Executor):
         return future
 
     def _serve(self, worker: Worker) -> None:
-        """Send tasks to a process, one after the other. After its death, all tasks fail."""
+        """Send tasks to a process, one after another. If the process dies, all tasks fail."""
         while (task := self._queue.get()) is not None:
             future, call = task
             _settle(future, worker.run, *call)
@@ -99,7 +99,7 @@ class OnCluster(Executor):
 
     @property
     def threads(self) -> int:
-        """Number of concurrent tasks of the cluster, at least one."""
+        """Number of tasks that the cluster can run at once, at least one."""
         with suppress(*CONNECTION_LOST):
             threads: int = sum(self._client.nthreads().values())
             return max(1, threads)
@@ -155,7 +155,7 @@ Say = Callable[[str], object]
 """Prints a message."""
 
 NO_WORKER_NS = 5_000_000_000
-"""Time without a worker in the cluster before a message, ns."""
+"""Time without a worker in the cluster after which a message is printed, ns."""
 
 CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
 """Errors that Dask raises after the connection is lost."""
@@ -169,7 +169,7 @@ def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> C
         dask: address of the cluster's scheduler; None = no cluster.
 
     Raises:
-        ValueError: by the returned function if Dask is missing or no scheduler answers.
+        ValueError: raised by the returned function if Dask is missing or no scheduler answers.
     """
     if dask is not None:
         return lambda: _connect(dask, say)

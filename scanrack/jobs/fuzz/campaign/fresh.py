@@ -6,7 +6,7 @@
     result or exception       <-  standard output    (pickled)
     end of standard input     ->  exits at once
 
-The printed output of a function is discarded. The process ends with its parent.
+The printed output of a function is discarded. The process exits when its parent exits.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _run_once(worker: Worker, function: Callable[P, Result], *args: P.args, **kw
 
 
 class Worker:
-    """A new process that runs functions, one after the other.
+    """A new process that runs functions, one after another.
 
     Args:
         first: modules to load before all others, in this order.
@@ -96,7 +96,7 @@ class Worker:
         self._process.kill()
 
     def close(self) -> None:
-        """Kill the process and wait for its end. No thread may be in `run`."""
+        """Kill the process and wait for it to exit. No thread may be in `run`."""
         self.kill()
         self._process.communicate()
 
@@ -127,7 +127,7 @@ def serve() -> None:
 
 
 def _queue_requests(requests: BinaryIO, queue: SimpleQueue[bytes]) -> None:
-    """Put requests into a queue. Exit with the parent, even while a request runs."""
+    """Put requests into a queue. Exit when the parent exits, even while a request is running."""
     try:
         while True:
             queue.put(pickle.load(requests))

@@ -1,4 +1,4 @@
-"""The files of a campaign besides its state: its corpus, and failures that are not shrunk yet.
+"""The files of a campaign besides its state: its corpus, and failures that have not been shrunk yet.
 
 RACK-fuzz/corpus/HASH.json    a run with a new feature
 RACK-fuzz/finds/HASH.json     a failure as found; removed once it is in the state
@@ -46,7 +46,7 @@ class Memory:
             sources: campaign folders, recipe folders and traces.
 
         Raises:
-            ValueError: a source is of another kind.
+            ValueError: a source is of a different kind.
             OSError: a source can't be read.
         """
         own_recipes = list(self._read(self.corpus.folder))

@@ -2,8 +2,8 @@
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
-A folder of recipes holds the corpus of a campaign, or its failures that are not shrunk yet. The name of a
-file is the hash of its text. So incomplete and foreign files are detected.
+A folder of recipes holds the corpus of a campaign, or its failures that have not been shrunk yet. The name of
+a file is the hash of its text. Incomplete and foreign files are therefore detected.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SUFFIX, DIGITS = ".json", 16
 """Suffix of a recipe file, and number of hexadecimal digits in its name."""
 
 MOST_BYTES, MOST_FILES = 64 * 1024, 1_000
-"""Maximum size of a recipe file, and maximum number of files from a folder."""
+"""Maximum size of a recipe file, and maximum number of files that are read from a folder."""
 
 MOST_SCANS = 10**15
 """Maximum length of a run in a recipe, scans."""

@@ -86,7 +86,7 @@ class State(RunTotals):
         return news
 
     def _new_folder_name(self, invariant: str) -> str:
-        """Return the name of an invariant, with a number if a folder has this name in any case."""
+        """Return the name of an invariant, with a number if a folder has this name, ignoring case."""
         used_names = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
         name = no_device(invariant)
         for number in count(2):
@@ -197,7 +197,7 @@ def _texts(value: object) -> tuple[str, ...]:
 
 
 def _folder(value: object) -> str:
-    """Return a folder name; raise ValueError for a path out of the campaign's folder."""
+    """Return a folder name; raise ValueError for a path outside the campaign's folder."""
     name = _text(value)
     if PurePath(name).name != name or "\\" in name:
         raise ValueError(f"invalid campaign state: {name!r:.40} is not the name of a folder")

@@ -24,7 +24,8 @@ class Work:
     """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`.
 
     Attributes:
-        finds: folder for failures as found; None, or a folder that this machine lacks = write none.
+        finds: folder for failures as found; None, or a folder that does not exist on this machine = write
+            none.
     """
 
     setup: Setup
@@ -66,8 +67,8 @@ def _processor_ns() -> int:
 class OwnProcess:
     """Runs a task in its own process.
 
-    A worker of a cluster can run several tasks in threads of one process. But each task redirects the output
-    and reloads the program's modules for the whole process.
+    A worker of a cluster can run several tasks in threads of one process. However, each task redirects the
+    output and reloads the program's modules for the whole process.
     """
 
     work: Work

@@ -39,7 +39,7 @@ class _Program:
     branch_arrays: list[bytearray] = field(default_factory=list)
 
     def branches(self) -> bytearray:
-        """Return a byte for each branch; not 0 if it was taken on any bench."""
+        """Return a byte for each branch; nonzero if the branch was taken on any bench."""
         taken = self.tally.branches
         for branches in self.branch_arrays:
             taken = bytearray(map(or_, taken, branches)) if taken else bytearray(branches)
@@ -85,7 +85,7 @@ class BenchCoverage(BenchObserver):
         }
 
     def merge(self, row: Mapping[str, Any]) -> None:
-        """Add the coverage of another process."""
+        """Add the coverage from another process."""
         for name, program_row in row.items():
             program = self._program(name, program_row["rack"])
             program.branch_arrays.append(bytearray.fromhex(program_row["branches"]))

@@ -1,4 +1,4 @@
-"""Finds the cause of a failure: the cause chain of the last output that came on before it."""
+"""Finds the cause of a failure: the cause chain of the last output that turned on before it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ..run import NO_FAULT, BrokenInvariant
 
 
 def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
-    """Return the lines of the cause chain of the last output that came on before a failure; [] without one.
+    """Return the cause chain, as lines, of the last output that turned on before a failure; [] if none.
 
-    The list is also empty for a CPU fault, since the fault itself has a place.
+    The list is also empty for a CPU fault, because the fault itself has a place.
 
     Args:
         recording: recording of the failing run.
@@ -37,7 +37,7 @@ def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenI
 
 
 def _last_on(past: Past) -> tuple[int, str] | None:
-    """Return the last row in which an output bit came on, and its address; None without one."""
+    """Return the last row in which an output bit turned on, and its address; None if there is none."""
     changes = [
         (row, word) for word in _output_words(past) for row in past.changes(word.slot, "out", word.word)
     ]

@@ -25,7 +25,7 @@ Names = dict[str, frozenset[str]]
 
 
 def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, ...]:
-    """Return a phrase for each event that begins in a scan, and for its changes of status and commands."""
+    """Return phrases for the events that begin in a scan and for the status and command changes in it."""
     views: list[_BitView] = []
 
     def listeners(_spec: RackSpec, rack: Rack, _logic: ScanLogic) -> Iterable[QuietListener]:
@@ -79,7 +79,7 @@ class _BitView(QuietListener):
 
 
 def _phrases(bits: Names, other_bits: Names, verb: str) -> Iterator[str]:
-    """Yield a phrase for each owner with bits that the other scan lacks."""
+    """Yield a phrase for each owner that has bits on that are off in the other scan."""
     for owner, names in bits.items():
         changed_names = sorted(names - other_bits.get(owner, frozenset()))
         if changed_names:

@@ -28,7 +28,7 @@ from ..scenarios.scenario import Scenario
 from .unfired import WordHistory
 
 DeadPlace = tuple[str, int | str | None, str, str]
-"""A proved impossible state: the routine, rung, text and state of an instruction."""
+"""A state that is proved impossible: the routine, rung, text and state of an instruction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +120,7 @@ class PowerTally:
     words: defaultdict[int, WordHistory] = field(default_factory=lambda: defaultdict(WordHistory))
 
     def add_notes(self, notes: list[Any]) -> None:
-        """Add the power in the rungs of a scan."""
+        """Add the power flow in the rungs of a scan."""
         assert self.scanner is not None
         for line, reading in enumerate(self.scanner.readings):
             truth = truth_of(notes, line, reading)
@@ -128,7 +128,7 @@ class PowerTally:
                 self.add(line, truth)
 
     def add(self, line: int, truth: Sequence[bool]) -> None:
-        """Add the power after each instruction of a line, by its number in `lines_of`."""
+        """Add the power flow after each instruction of a line, given the line's number in `lines_of`."""
         on = self.on.setdefault(line, [False] * len(truth))
         off = self.off.setdefault(line, [False] * len(truth))
         for index, has_power in enumerate(truth):
@@ -218,7 +218,7 @@ def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
 
 
 def _branch_gap(taken: Sequence[int], is_without_else: bool) -> str:
-    """Return a sentence about a gap in the branches of a line; empty without a gap."""
+    """Return a sentence about a gap in the branches of a line; an empty text if there is no gap."""
     if is_without_else and (len(taken) == 1 or any(taken)):
         return "" if all(taken) else "never false"
     return "" if any(taken) else "never reached"

@@ -64,7 +64,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
         programs: the file and lines of each program.
 
     Raises:
-        OwnedError: the existing file is of another kind.
+        OwnedError: the existing file is a different kind of file.
         OSError: the file can't be written.
     """
     parts = [_Part(name, f"{coverage_line(lines)}.", map(_row, lines)) for name, lines in programs]

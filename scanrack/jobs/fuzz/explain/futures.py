@@ -1,12 +1,12 @@
 """Finds the instant from which a failure is inevitable.
 
-A future has the beginning of the failing run up to a scan, and random events after it. Many futures of
-several scans are run. The search narrows the interval with the steepest rise of failing futures to two scans.
+A future repeats the failing run up to a scan and has random events after it. Many futures are run for each of
+several scans. The search narrows the interval with the steepest rise of failing futures to two scans.
 
     scan               -1    2    4    5    6   12
     failures of 40      0    0    0   37   38   40        inevitable from scan 5
 
-The random events are only inputs. A power cycle would end most failures and hide the rise.
+The random events change only inputs. A power cycle would end most failures and hide the rise.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from ..search import Counterexample, all_but
 from .changes import changes_in
 
 FUTURES = 40
-"""Number of futures of each of the two scans around the rise."""
+"""Number of futures for each of the two scans around the rise."""
 
 PILOT = 10
-"""Number of futures of each scan during the search."""
+"""Number of futures for each scan during the search."""
 
 CLEAR = 30
 """Minimum rise of failing futures in one scan that counts as a clear instant."""
@@ -41,7 +41,7 @@ MOST_SAMPLED = 24
 """Maximum number of scans with futures."""
 
 FAR, MOST_EVENTS = 300, 4
-"""Number of scans in which the events of a future begin, most of them early, and maximum number of events."""
+"""Number of scans within which a future's events begin (mostly early), and maximum number of events."""
 
 LEAST_JUDGED = 20
 """Minimum number of scans that a future runs past the scan of the failure."""
@@ -60,7 +60,7 @@ class PointOfNoReturn:
         now_ns: time of `scan`, ns since power-up.
         few: number of failing futures of `before`.
         many: number of failing futures of `scan`.
-        first: number of failing futures of power-up; equal to `few` if the instant is clear.
+        first: number of failing futures that begin at power-up; equal to `few` if the instant is clear.
         changes: sentences about the changes in `scan`.
     """
 
@@ -74,12 +74,12 @@ class PointOfNoReturn:
 
     @property
     def is_from_the_start(self) -> bool:
-        """Whether most futures of power-up fail."""
+        """Whether most futures that begin at power-up fail."""
         return self.first >= CLEAR
 
     @property
     def is_clear(self) -> bool:
-        """Whether most futures begin to fail within one scan."""
+        """Whether the number of failing futures rises by at least `CLEAR` within one scan."""
         return self.scan == self.before + 1 and self.many - self.few >= CLEAR
 
     @property
@@ -96,7 +96,7 @@ class PointOfNoReturn:
 
 
 class _OutOfTimeError(Exception):
-    """The time is up during the search for the instant."""
+    """The time ran out during the search for the instant."""
 
 
 def find_point_of_no_return(

@@ -1,6 +1,6 @@
-"""Explains why error rules of the manual never fired in a campaign: finds the first reason that applies.
+"""Explains why error rules of the manual never fired in a campaign, by the first reason that applies.
 
-A rule needs commands of the program, a configuration, and active inputs, see `NEEDS`. `NEEDS` has no
+A rule needs commands from the program, a configuration, and active inputs, see `NEEDS`. `NEEDS` has no
 conditions on numbers, such as a speed below the starting speed. If only such a condition is not met, the last
 reason applies: the rule's conditions were never met together.
 """
@@ -126,7 +126,7 @@ class ErrorRules(NamedTuple):
 
     Attributes:
         owners: names of the modules, or the chapter.
-        ids: rule ids, each once. Two families of modules share some.
+        ids: rule ids without duplicates. Two families of modules share some of them.
     """
 
     owners: str

@@ -50,7 +50,7 @@ class BusyCommand:
 
 
 BusyReader = Callable[[], BusyCommand | None]
-"""Returns the command of an axis that is in progress, or None."""
+"""Returns the command in progress on an axis, or None."""
 
 
 def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[BusyReader, ...]:
@@ -117,7 +117,7 @@ class RestMeter:
 
     @property
     def same_until_ns(self) -> int:
-        """The instant until which no rest is too long, even if no command makes progress, ns."""
+        """The instant before which no rest can be too long, even if no command makes progress, ns."""
         return min((rest.until_ns for rest in self._rests), default=LONGEST_NS)
 
 
@@ -125,7 +125,7 @@ class _Rest:
     """The rest of one axis.
 
     Attributes:
-        until_ns: the instant until which the rest is not too long, ns.
+        until_ns: the instant before which the rest is not too long, ns.
     """
 
     def __init__(self, read_busy: BusyReader) -> None:

@@ -1,4 +1,4 @@
-"""Finds what a user's condition reads from its bytecode.
+"""Analyzes the bytecode of a user's condition to find what it reads.
 
 A condition that reads only tags and images has the same result until one of them changes. A condition that
 reads the time, stores something between calls, or calls unknown code can have another result in any scan. A
@@ -48,7 +48,7 @@ COUNT = re.compile(r"(^|\.)ACC$", re.IGNORECASE)
 """Matches the end of the name of a timer's accumulated value."""
 
 DEEP = 5
-"""Maximum depth of the analyzed nested calls."""
+"""Maximum depth of nested calls to analyze."""
 
 
 @lru_cache(maxsize=1024)

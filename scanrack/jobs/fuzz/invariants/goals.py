@@ -28,10 +28,10 @@ def sometimes(condition: Condition) -> Invariant:
 
 
 def maximize(measure: Condition) -> Invariant:
-    """Return a goal with a number to maximize. The search keeps and varies runs in which it grows clearly.
+    """Return a goal with a number to maximize. The search keeps and varies runs in which it grows a lot.
 
-    The summary has the greatest value. Use this for computed values, since a search watches integer tags and
-    fields anyway. Values below 1 are ignored.
+    The summary shows the greatest value. Use this for computed values, since a search watches integer tags
+    and fields anyway. Values below 1 are ignored.
 
     Args:
         measure: computes the number from the snapshot.
@@ -106,7 +106,7 @@ class MaximumGoal:
 def level_of(value: int) -> tuple[int, int]:
     """Return the size level of a number: its number of bits and its three leading bits.
 
-    So there are four levels between two powers of two.
+    This makes four levels between successive powers of two.
 
     >>> level_of(-3), level_of(8), level_of(9), level_of(10), level_of(1000)
     ((0, 0), (4, 4), (4, 4), (4, 5), (10, 7))

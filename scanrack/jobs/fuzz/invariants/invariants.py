@@ -23,7 +23,7 @@ FOREVER_NS = 1 << 62
 """An instant after the end of any run."""
 
 Condition = Callable[[Snapshot], Any]
-"""A condition of a snapshot. Its result counts as true or false."""
+"""A condition on a snapshot. Its result is interpreted as true or false."""
 
 Watch = Callable[[Snapshot], str | None]
 """Checks every scan of one run; returns a sentence about the violation, or None.
@@ -33,7 +33,7 @@ Optional attributes of a watch:
 applied         whether it has had something to check
 waiting         whether its clock is running
 origin_scan     the scan of the cause, if a violation is detected later
-same_until_ns   method that returns the instant until which the watch returns the same if only the time
+same_until_ns   method that returns the instant before which the result stays the same if only the time
                 changes. If its argument is true, the counts of timers change as well. A watch without this
                 method is called in every scan.
 """
@@ -73,8 +73,8 @@ def eventually(
 ) -> Callable[[Condition], Invariant]:
     """Return a decorator for a condition that must become true within a time limit.
 
-    A scan with a true `after` starts the clock if it is not running. A scan with a true condition stops it.
-    The clock pauses in program mode, since the CPU does not call the program then.
+    A scan in which `after` is true starts the clock if it is not running. A scan in which the condition is
+    true stops it. The clock pauses in program mode, since the CPU does not call the program then.
 
     Args:
         limit: machine time with a unit, such as "5 s".
@@ -169,7 +169,7 @@ class _EveryScan:
 
 
 def same_until_ns(condition: Condition, counting: bool) -> int:
-    """Return the instant until which a condition has the same result, see `Watch`: `FOREVER_NS` or 0."""
+    """Return the instant before which a condition's result can't change, see `Watch`; `FOREVER_NS` or 0."""
     reads = reads_of(condition)
     is_same = reads is ConditionReads.IMAGES_AND_TAGS or (reads is ConditionReads.COUNTS and not counting)
     return FOREVER_NS if is_same else 0

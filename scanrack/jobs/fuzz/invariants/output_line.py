@@ -16,13 +16,13 @@ from ...why.source.lines import Line, Lines
 
 
 class OutputLine(LogicWrapper):
-    """A logic that is traced line by line from a given scan on. A traced scan takes ten times as long.
+    """Logic that is traced line by line, starting with a given scan. A traced scan takes ten times as long.
 
     Attributes:
         last: file name and line of the last change, such as "line.py:37"; empty if the change belongs to no
             line; None before the first traced change.
-        changed_in: the last untraced scan with a change of outputs; 0 without any. A run that is traced from
-            this scan on finds the last change.
+        changed_in: the last untraced scan in which outputs changed; 0 if there is none. A run that is traced
+            from this scan on finds the last change.
 
     Args:
         since: number of the first traced scan.
@@ -48,7 +48,7 @@ class OutputLine(LogicWrapper):
 
     @property
     def is_complete(self) -> bool:
-        """Whether `last` is final: either a change or every scan was traced."""
+        """Whether `last` is final, because a change was traced or every scan was traced."""
         return self.last is not None or self._since == 0
 
     def _outputs(self) -> bytes:

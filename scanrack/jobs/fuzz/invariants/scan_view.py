@@ -18,7 +18,7 @@ from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 from .busy import BusyReader
 
 NO_WORDS = Image().words
-"""Words in force while the CPU sends no outputs. Also for cards, since their words are not commands."""
+"""Words in force while the CPU sends no outputs. Also used for cards, whose words are not commands."""
 
 
 class SlotSnapshot:

@@ -66,7 +66,7 @@ class DriveScript(QuietListener):
     """A listener that records the inputs of a module.
 
     Args:
-        spec: the rack, without an `obstacle` for the slot.
+        spec: the rack; the slot must not have an `obstacle`.
         slot: the module's slot in the rack.
         rack_slot: the same slot of the running rack.
 

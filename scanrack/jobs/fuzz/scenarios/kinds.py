@@ -44,7 +44,7 @@ def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
 
 
 def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
-    """Return the slot, name and value of each test value for the cards' analog inputs."""
+    """Return the slot and name of each analog card input, with each of its test values."""
     return [
         (slot.number, name, value)
         for slot in spec.slot
@@ -70,7 +70,7 @@ _NEEDS = {
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:
-    """Return the possible kinds; torn updates only if exchanges do not wait for the end of the scan."""
+    """Return the possible kinds. Torn updates need exchanges that do not wait for the end of the scan."""
     possible = possible_kinds(spec)
     return possible if spec.controller == "compactlogix" else possible - {Kind.TORN}
 

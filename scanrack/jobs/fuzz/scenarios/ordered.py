@@ -40,7 +40,7 @@ def _incidents(orders: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Inje
 
 
 def _key_turns(orders: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[InjectedFault]:
-    """Yield a fault for each period with the key at program."""
+    """Yield a fault for each period in which the key is in the program position."""
     program_ns: int | None = None  # time of the turn to program
     for scan, order in orders:
         if not isinstance(order, Mode):

@@ -50,7 +50,7 @@ def settings_of(lowered: LoweredProgram, spec: RackSpec) -> tuple[PanelTag, ...]
 
 
 def _is_panel_tag(leaf: Leaf, patterns: list[str]) -> bool:
-    """Return whether an operator's panel writes a tag, by its name or a pattern."""
+    """Return whether a tag's name or a pattern shows that an operator's panel writes it."""
     path = leaf.path.upper()
     if leaf.slot is not None or leaf.dims or leaf.frame or path.startswith(("S:", "~")):
         return False
@@ -74,7 +74,7 @@ def _constants_by_tag(lowered: LoweredProgram) -> defaultdict[str, list[int | fl
 
 
 def _values(leaf: Leaf, constants: list[int | float]) -> Iterator[bool | int | float]:
-    """Yield values to try for a tag, each once."""
+    """Yield values to try for a tag, without duplicates."""
     if leaf.type.is_bool:
         yield from (True, False)
         return

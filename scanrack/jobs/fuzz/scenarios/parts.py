@@ -1,4 +1,4 @@
-"""Divides scenarios into parts, and combines parts to scenarios."""
+"""Divides scenarios into parts, and combines parts into scenarios."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes rack files with a scenario, so that `scanrack run` shows a failure. Also without any events."""
+"""Writes rack files with a scenario, so that `scanrack run` shows a failure, or without any events."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Table = dict[str, Any]
 
 
 def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
-    """Return the text of a rack file with a scenario. A run of it records to `again.mcap` in its folder.
+    """Return the text of a rack file with a scenario. Running it records to `again.mcap` in its folder.
 
     Args:
         rack_file: the TOML rack file without the scenario.
@@ -94,7 +94,7 @@ def _move_files(document: Table, old_folder: Path, folder: Path) -> None:
 
 
 def _extend(table: Table, key: str, new_rows: Iterable[Table]) -> None:
-    """Add rows to a list in a table; without rows, add no list."""
+    """Add rows to a list in a table; if there are no rows, add no list."""
     rows = [*table.get(key, ()), *new_rows]
     if rows:
         table[key] = rows

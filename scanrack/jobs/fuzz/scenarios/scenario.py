@@ -179,7 +179,7 @@ class Scenario:
     tears: tuple[TornUpdate, ...] = ()  # input changes in the middle of a scan
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
-        """Return a rack with this scenario."""
+        """Return a rack with this scenario applied."""
         slots = tuple(map(self.laid_over_slot, spec.slot))
         incidents = tuple(_incident_spec(incident) for incident in self.incidents)
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
@@ -223,7 +223,7 @@ class Scenario:
         """Return the scenario from the JSON types that `to_json` returned.
 
         Raises:
-            ValueError: the scenario is illegal; the message names the key.
+            ValueError: the scenario is invalid; the message names the key.
         """
         try:
             return _SCENARIO.validate_python(value)
@@ -234,7 +234,7 @@ class Scenario:
         """Check that this scenario fits a rack.
 
         Raises:
-            ValueError: it has a slot or input that the rack lacks.
+            ValueError: the scenario has a slot or input that the rack lacks.
         """
         slots = [slot.number for slot in spec.slot]
         for number in self._slots():
@@ -247,7 +247,7 @@ class Scenario:
             _check_inputs(of_slot(self.signals, slot), "analog input", signals)
 
     def _slots(self) -> Iterator[int]:
-        """Yield the slot numbers in its parts."""
+        """Yield the slot numbers of the scenario's parts."""
         yield from dict(self.firmware)
         for parts in (self.presses, self.pushes, self.signals, self.shifts, self.lost, self.turns):
             yield from (part.slot for part in parts)
@@ -262,7 +262,7 @@ class Scenario:
 
     @property
     def size(self) -> int:
-        """Number of its parts."""
+        """Number of parts in the scenario."""
         return sum(len(getattr(self, field.name)) for field in fields(self))
 
 
@@ -320,7 +320,7 @@ def push_row(push: ContactPress) -> dict[str, Any]:
 def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Return rows of a card's timeline without overlapping operations of an input, as the card requires.
 
-    Overlapping presses are combined. Of two values at the same instant, the later row is used.
+    Overlapping presses are combined. If two rows have the same instant, the later row is used.
     """
     rows_by_input: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
@@ -347,7 +347,7 @@ def _combined(row: Mapping[str, Any], next_row: Mapping[str, Any]) -> list[Mappi
 def signal_rows(
     signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, str | int | float]]:
-    """Return signals as rows of a card's timeline. At the end, an input returns to its value in `rows`."""
+    """Return signals as rows of a card's timeline. Afterward, the input returns to its value in `rows`."""
     new_rows: list[dict[str, str | int | float]] = []
     for signal in signals:
         end_ns = signal.at_ns + signal.for_ns
@@ -362,7 +362,7 @@ def signal_rows(
 
 
 def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
-    """Return an incident as in a rack file."""
+    """Return an incident in the form used in a rack file."""
     return InjectedFaultSpec(
         at_ms=Decimal(incident.at_ns).scaleb(-6),
         what=incident.what,

@@ -88,7 +88,7 @@ class TornScans(LogicWrapper):
         engine.scan_by(interpreter, scan)
 
     def _exchange(self, engine: Engine, scan: LogicScan) -> None:
-        """Exchange the images if this is due, and copy the new inputs to the program."""
+        """Exchange the images if an exchange is due, and copy the new inputs to the program."""
         if self.cpu.exchange_early():
             engine.memory.take_inputs(updated=True)
             engine.memory.take_faults(scan.slot)

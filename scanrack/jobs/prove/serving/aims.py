@@ -1,8 +1,8 @@
 """Answers questions of a search: which rungs and contacts are dead, and which scenario switches one on.
 
-"Dead" is proved for all inputs of all modules, including faults: no scenario can switch a dead contact on. A
-scenario sets only values that an operator or a machine can set: tags, inputs of cards, and the six inputs of
-a 3601. It does not set other values that the prover chooses, such as the end of a move. A run confirms it.
+"Dead" is proved for all inputs of all modules, including faults, so no scenario can switch a dead contact on.
+A scenario sets only values that an operator or a machine can set: tags, inputs of cards, and the six inputs
+of a 3601. It does not set other values that the prover chooses, such as the end of a move. A run confirms it.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def dead(job: LoadedRack, budget: int = BUDGET) -> dict[RungPoint, Site]:
     Without a solver, nothing is proved.
 
     Args:
-        budget: amount of work, see `Solver`; points beyond it stay undecided. The result is the same on every
-            machine.
+        budget: amount of work, see `Solver`; points beyond it remain undecided. The result is the same on
+            every machine.
     """
     problem = _problem(job)
     if problem is None:
@@ -81,7 +81,7 @@ def scenario_to(
 ) -> Scenario | None:
     """Return a scenario that reaches a point if the modules respond as the prover assumes.
 
-    Its times count from power-up, or from `at_ns`. None if the solver finds no scenario.
+    Its times count from power-up, or from `at_ns`. Returns None if the solver finds no scenario.
 
     Args:
         start: engine of a run of the same rack, in the state to begin with; None for power-up.
@@ -147,7 +147,7 @@ def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]
 
 
 def _on(levels: Levels, mask: int) -> Iterator[tuple[int, int]]:
-    """Yield the begin and end of each time span in which a bit is set, ns."""
+    """Yield the beginning and end of each time span in which a bit is set, ns."""
     end_ns, _ = levels[-1]
     begin: int | None = None
     for at_ns, value in levels:

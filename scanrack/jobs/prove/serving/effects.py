@@ -6,7 +6,7 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.errors import LadderError
 
 MOST_INSTRUCTIONS = 1_500
-"""Maximum instructions in a program that is compared, which takes a second or two."""
+"""Maximum number of instructions in a program to compare. The comparison takes a second or two."""
 
 Group = tuple[str, tuple[str, ...]]
 """A kind of effect, and the names of the affected values."""
@@ -15,7 +15,7 @@ Group = tuple[str, tuple[str, ...]]
 def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
     """Return the values that can differ after an edit, outputs first, with the same inputs from power-up.
 
-    All other values are equal in every run. Empty if no proof covers the programs.
+    All other values are equal in every run. The result is empty if no proof covers the programs.
     """
     from scanrack.ladder.prove.solving.solver import is_installed
 

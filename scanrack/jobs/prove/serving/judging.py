@@ -18,10 +18,10 @@ from ...check.rungs.number_ranges import BY_PEOPLE
 from ...load.loading import LoadedRack
 
 MOST_LINES = 400
-"""Maximum rungs and statements in a program that is examined."""
+"""Maximum number of rungs and statements in a program that is examined."""
 
 MOST_TERMS = 3_000
-"""Maximum terms per scan in a program that is examined, which takes about a second."""
+"""Maximum number of terms per scan in a program to examine. The proofs take about a second."""
 
 BUDGET = 1_000_000
 """Amount of work for all questions of a rule, in terms."""

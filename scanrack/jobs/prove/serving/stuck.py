@@ -1,4 +1,4 @@
-"""Asks the solver how contacts and coils that were never on come on, when a search finds nothing new.
+"""Asks the solver how contacts and coils that were never on can come on, when a search finds nothing new.
 
 The solver gets several questions about each instruction, one at a time:
 
@@ -38,7 +38,7 @@ PATIENCE = 200
 """Number of runs without a new feature before questions are asked."""
 
 AT_ONCE = 4
-"""Questions before the search continues, each about another rung. An answer may reach further rungs."""
+"""Questions before the search continues, each about a different rung. An answer may reach other rungs."""
 
 NEAR, FAR = 0, 2
 """Numbers of the near and far questions about an instruction; all others are "on"."""
@@ -151,7 +151,7 @@ class SolverStep:
 
     @cached_property
     def _near_ns(self) -> int:
-        """The longest scan that is short against the program's times, see `PART`, ns."""
+        """The longest scan that is short compared with the program's times, see `PART`, ns."""
         times = times_of(self._bench.fresh_logic(), self._bench.spec.scan_ns, self._bench.scans)
         return min(FAR_NS, max(LONGEST_NS, min(times, default=0) // PART))
 
@@ -185,7 +185,7 @@ def _until(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def _state_after(bench: TrialBench, scenario: Scenario, scans: int) -> Engine | None:
-    """Run a number of scans; return the engine, or None if an invariant was broken before."""
+    """Run a number of scans; return the engine, or None if an invariant was broken before then."""
     probe = Probe(Edges())
     verdict = replace(bench, scans=scans).run(scenario, probe=probe)
     engine = unwrapped(probe.logic)

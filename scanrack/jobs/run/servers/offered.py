@@ -11,7 +11,7 @@ from ...load.rungs import is_rungs
 
 
 def listing_of_job(job: LoadedRack) -> Listing:
-    """Return the tags of a job's program and the images of its slots; without rungs, only the images.
+    """Return the tags of a job's program and the images of its slots; only the images if it has no rungs.
 
     Raises:
         ValueError: the program can't be built.

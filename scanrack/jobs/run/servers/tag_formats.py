@@ -85,8 +85,8 @@ _MAX_TEXT = 82
 def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
     """Return a CSV for a device of the Allen-Bradley ControlLogix Ethernet driver.
 
-    A dot in a name makes a tag group. `Grid{3}{4}` is an array of one or two dimensions, `Text.DATA/82` a
-    text.
+    A dot in a name makes a tag group. `Grid{3}{4}` is an array of one or two dimensions, and `Text.DATA/82`
+    is a text.
     """
     file = TagFile()
     table: list[list[object]] = [[*_KEPWARE_HEAD.split(",")]]
@@ -147,8 +147,9 @@ _FACTORYTALK = {**_LIMITS, "BOOL": None, "STRING": None}
 def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
     r"""Return a CSV for the Tag Import and Export Wizard of FactoryTalk View.
 
-    Tags are digital, analog or string, with `::[PLC]Name` as address; a dot in a name makes a folder. Texts
-    are quoted, numbers are not. Column D, whether the tag may be edited in the database, is always set.
+    Tags are digital, analog or string, with `::[PLC]Name` as the address; a dot in a name makes a folder.
+    Texts are quoted, but numbers are not. Column D, whether the tag may be edited in the database, is always
+    set.
     """
     file = TagFile()
     folders: dict[str, None] = {}

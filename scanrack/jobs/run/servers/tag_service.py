@@ -34,16 +34,16 @@ LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
 """Product names of a CompactLogix and of a MicroLogix."""
 
 GRACE_S = 0.05
-"""A server that ends at most this time before the end of the run is not restarted, s."""
+"""A server that ends no more than this long before the end of the run is not restarted, s."""
 
 PATIENCE_S = 2
-"""Longest time for a server to end, s."""
+"""Maximum time to wait for a server to end, s."""
 
 DEATHS_MOST = 10
 """Maximum number of restarts."""
 
 BEAT_S, STILL_MOST = 1.0, 10
-"""Interval of heartbeat checks, s; a server without a beat in this number of checks hangs."""
+"""Interval of heartbeat checks, s; a server with no beat in this number of checks is hung."""
 
 
 class TagService:
@@ -100,7 +100,7 @@ class TagService:
         return self._desk
 
     def describe(self) -> list[str]:
-        """Return lines about the server: its address, who can read and who can write."""
+        """Return lines about the server: its address, and who can read and write."""
         writable = self._spec.server.writable
         own_address = join_address(self._address.host, self.port)
         access = f"clients write {', '.join(writable)}"

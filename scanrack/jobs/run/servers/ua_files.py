@@ -98,7 +98,7 @@ def _read(path: Path) -> bytes:
 
 
 def _read_trusted(folder: Path) -> frozenset[bytes] | None:
-    """Return the certificates in a folder; None if it does not exist: any certificate is trusted."""
+    """Return the certificates in a folder; None (trust any certificate) if the folder does not exist."""
     if not os.path.lexists(folder):
         return None
     if not folder.is_dir():

@@ -33,7 +33,7 @@ def chain_of(
         deep: whether to include Add-On Instruction rungs.
 
     Raises:
-        ValueError: an unknown name.
+        ValueError: the name is unknown.
     """
     row = len(recording.scans) - 1 if row is None else row
     if not isinstance(job.logic, LadderLogic):

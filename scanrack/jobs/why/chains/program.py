@@ -62,7 +62,7 @@ class ProgramChain(PythonChain):
         return link if cause is None else replace(link, causes=((cause,),), depth=1 + cause.depth)
 
     def _explain_unchanged(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Explain unchanged bits of an image; an output by the lines that could write it."""
+        """Explain unchanged bits of an image; an output is explained by the lines that could write it."""
         link = PythonChain._explain_unchanged(self, bits, name, row)
         if link is not None or bits.image == "in":
             return link
@@ -175,7 +175,7 @@ class ProgramChain(PythonChain):
                 yield from self._latest_reads(change, row)
 
     def _latest_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Yield the inputs, of those that a change read, that changed last."""
+        """Of the inputs that a change read, yield those that changed last."""
         reads = (self.of_bits(bits, self.name(bits), row) for bits, _ in self._reads(change, row))
         links = [link for link in reads if link is not None]
         last_scan = max((link.scan for link in links), default=None)
@@ -225,7 +225,7 @@ class ProgramChain(PythonChain):
         return self._end_link(steps[:-1], self._row(steps[-1])) if len(steps) > 1 else None
 
     def _wait_link(self, steps: Sequence[Step]) -> CauseLink:
-        """Return the link of the last step's wait, caused by the end of the wait before."""
+        """Return the link of the last step's wait, caused by the end of the previous wait."""
         *earlier, step = steps
         row = self._row(step)
         causes = [(self._end_link(earlier, row),)] if earlier else []
@@ -236,7 +236,7 @@ class ProgramChain(PythonChain):
     def _end_link(self, steps: Sequence[Step], row: int) -> CauseLink:
         """Return the link of the end of the last step's wait, which ended in a row.
 
-        Its cause is the awaited input or axis. Without one, it is the end of the wait before, and so on.
+        Its cause is the awaited input or axis. Without one, it is the end of the previous wait, and so on.
         """
         causes: list[CauseLink] = []
         ends: list[
@@ -281,7 +281,7 @@ class ProgramChain(PythonChain):
                 yield self._explain_change(bits, name, row)
 
     def _new_status(self, slot: int, row: int) -> Iterator[CauseLink]:
-        """Yield the first named status bit of an axis that came on in a scan; without one, that went off."""
+        """Yield the first named status bit of an axis that came on in a scan, or else one that went off."""
         past = Past(self.recording, row)
         before = past.words(slot, "in", row - 1)[0] if row else 0
         after = past.words(slot, "in", row)[0]

@@ -41,7 +41,7 @@ class Writer:
 
 @dataclass(frozen=True, slots=True)
 class FalsePart:
-    """A part of a condition that does not have the required truth."""
+    """A part of a condition that does not have the required truth value."""
 
     text: str
     masks: Masks  # the inputs that it reads
@@ -138,7 +138,7 @@ def _writers_of(program: Path, text: str) -> list[Writer]:
 def _writers_in(
     node: ast.AST, name: str, function: str, tests: tuple[tuple[ast.expr, bool], ...]
 ) -> Iterator[Writer]:
-    """Yield the statements in a node that assign to a name; `function` and `tests` are around the node."""
+    """Yield the statements in a node that assign to a name; `function` and `tests` enclose the node."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
             yield from _writers_in(child, name, child.name, ())
@@ -159,7 +159,7 @@ def _writers_in(
 
 
 def _is_target(target: ast.expr, full_name: str) -> bool:
-    """Whether a target of an assignment is a name such as `step` or `line.step`, or `self.step` for it."""
+    """Return whether a target is a name such as `step` or `line.step`, or `self.step` for it."""
     owner, _, name = full_name.rpartition(".")
     if isinstance(target, ast.Name):
         return not owner and target.id == name
@@ -169,12 +169,12 @@ def _is_target(target: ast.expr, full_name: str) -> bool:
 
 
 def _is_constant(value: ast.expr, present: Any) -> bool:
-    """Whether an expression is a constant equal to the present value."""
+    """Return whether an expression is a constant equal to the current value."""
     return isinstance(value, ast.Constant) and type(value.value) is type(present) and value.value == present
 
 
 def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads) -> Iterator[FalsePart]:
-    """Yield the parts of an expression that keep it from having the expected truth."""
+    """Yield the parts of an expression that keep it from having the expected truth value."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         yield from _false_parts(test.operand, not expected, frame, reads)
     elif isinstance(test, ast.BoolOp):

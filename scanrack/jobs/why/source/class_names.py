@@ -25,7 +25,7 @@ class Names:
         addresses: the addresses of inputs and outputs, by name.
         axes: the slots of axes, by name.
         sequences: the names of the sequences.
-        prefix: the class's name in front of a full name: `line.` of `line.cycle`.
+        prefix: the class's name at the start of a full name, such as `line.` in `line.cycle`.
     """
 
     def __init__(self, logic: ScanLogic, words: Mapping[int, ModuleWords]) -> None:

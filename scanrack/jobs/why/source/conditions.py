@@ -24,7 +24,7 @@ from scanrack.runtime.loop.faults import is_the_users
 
 PLAIN = bool, int, float, str, type(None), Enum
 LONGEST = 60
-"""Maximum number of characters of a shown value."""
+"""Maximum number of characters in a shown value."""
 
 
 Condition = tuple[str, tuple[str, ...]]
@@ -63,7 +63,7 @@ def source_line(file: str, number: int) -> str:
 
 
 def _statements_around(node: ast.AST, number: int) -> Iterator[ast.stmt]:
-    """Yield the statements that contain a line, from the outermost inwards."""
+    """Yield the statements that contain a line, from the outermost inward."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.stmt) and child.lineno <= number <= (child.end_lineno or child.lineno):
             yield child
@@ -90,7 +90,7 @@ def _condition(statement: ast.stmt, number: int, text: str) -> Condition | None:
 
 
 def names_read(node: ast.AST) -> Iterator[str]:
-    """Yield the names and attributes that are read in an expression or statement, each once."""
+    """Yield the names and attributes that are read in an expression or statement, without duplicates."""
     seen: dict[str, None] = {}
     for part in ast.walk(node):
         if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):

@@ -41,7 +41,7 @@ class Reads:
             self.masks[slot, word] = self.masks.get((slot, word), 0) | mask & ALL_BITS
 
     def watch(self, slots: Mapping[int, Slot]) -> None:
-        """Watch the input images that a program's scan reads, from now on."""
+        """Start to watch the input images that a program's scan reads."""
         for number, slot in slots.items():
             image: Any = slot.inputs
             if not isinstance(image.words, WatchedWords):
@@ -115,7 +115,7 @@ class WatchedWord(int):
         return self._compared(other, int.__ge__)
 
     def _compared(self, other: int, compare: Callable[[int, int], bool]) -> bool:
-        """Compare; a comparison with 0 uses only the sign."""
+        """Compare the word with a number; a comparison with 0 uses only the sign."""
         self._note(_SIGN if other == 0 and not self._shift else ALL_BITS)
         return compare(self._plain, other)
 

@@ -3,8 +3,8 @@
     line.py:37    out.load(OUT)        the watched value changes here
     line.py:38    line.step = "back"   only a different value counts as a change
 
-Only functions in the user's files are traced. A change in scanrack or in an installed package belongs to
-the user's line that called it. Only single scans of a run made for a question are traced.
+Only functions in the user's files are traced. A change in scanrack or in an installed package is attributed
+to the user's line that called it. Only individual scans of a run that was made for a question are traced.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Lines:
         return self._line_running is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function and trace it; changes before the call belong to no line."""
+        """Call a function and trace it; changes before the call are not attributed to a line."""
         self._seen = self._watched()
         self._line_running = NOWHERE
         self._outermost = sys._getframe()
@@ -94,7 +94,7 @@ class Lines:
         return self._trace_line
 
     def _caller(self, frame: FrameType) -> Line:
-        """Return the user's line that called, directly or through other code; `NOWHERE` outside of `call`."""
+        """Return the user's line that made the call, directly or not; `NOWHERE` outside of `call`."""
         above = frame.f_back
         while above is not None and above is not self._outermost:
             if _is_of_a_file(above):

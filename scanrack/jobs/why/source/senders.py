@@ -1,7 +1,7 @@
 """The commands that the axes of a program with sequences send, and the lines that await them.
 
 An axis writes its module's words after the sequences have run, so no line of the program writes them.
-They belong to the line of the sequence that awaits the present command of the axis.
+A change of these words is attributed to the line of the sequence that awaits the axis's current command.
 """
 
 from __future__ import annotations
