@@ -119,6 +119,7 @@ def _value_and_default(field: Field[Any], names: dict[str, Any]) -> tuple[str, s
 def _init(cls: type[Any], name: str) -> Method:
     frozen, slots = cls.__dataclass_params__.frozen, "__slots__" in vars(cls)
     names: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
+    assignment = "set__(self, '{}', {})" if frozen else "self.{} = {}"
     positional, keyword_only = ["self"], ["*"]
     statements = []
     for field in fields(cls):
@@ -129,15 +130,18 @@ def _init(cls: type[Any], name: str) -> Method:
         else:
             value = f"new__{field.name}()" if default == "missing__" else default
         if field.init or default == "missing__" or (default and slots):
-            statements.append(
-                f"set__(self, {field.name!r}, {value})" if frozen else f"self.{field.name} = {value}"
-            )
+            statements.append(assignment.format(field.name, value))
     if hasattr(cls, "__post_init__"):
         statements.append("self.__post_init__()")
-    all_parameters = positional + (keyword_only if len(keyword_only) > 1 else [])
-    init = _compiled(cls, name, all_parameters, statements or ["pass"], names)
-    init.__annotations__ = {field.name: field.type for field in fields(cls) if field.init} | {"return": None}
+    if len(keyword_only) > 1:
+        positional += keyword_only
+    init = _compiled(cls, name, positional, statements or ["pass"], names)
+    init.__annotations__ = {**_types_of_parameters(cls), "return": None}
     return init
+
+
+def _types_of_parameters(cls: type[Any]) -> dict[str, Any]:
+    return {field.name: field.type for field in fields(cls) if field.init}
 
 
 def _repr(cls: type[Any], name: str) -> Method:

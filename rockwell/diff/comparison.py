@@ -173,7 +173,7 @@ class _Routine:
 
 
 @dataclass(frozen=True, slots=True)
-class _Unpaired:
+class _SingleItem:
     """An item that only one version has."""
 
     owner: str
@@ -185,7 +185,7 @@ class _Comparer:
     """Compares items first, then tags by their uses, then steps."""
 
     def __init__(self) -> None:
-        self._entries: list[Difference | _Routine | _Unpaired] = []  # in the order of the new version
+        self._entries: list[Difference | _Routine | _SingleItem] = []  # in the order of the new version
         self._scopes: defaultdict[str, _Scope] = defaultdict(_Scope)
         self._apart: defaultdict[str, list[str]] = defaultdict(list)
 
@@ -241,7 +241,7 @@ class _Comparer:
                 self.item(old_items[pairs[k]], item, path)
 
     def _add_unpaired(self, owner: str, kind: str, item: Item) -> None:
-        self._entries.append(_Unpaired(owner, kind, item))
+        self._entries.append(_SingleItem(owner, kind, item))
         scope = self._scopes[owner]
         (scope.removed if kind == REMOVED else scope.added).append(item)
 
@@ -277,7 +277,7 @@ class _Comparer:
         for entry in self._entries:
             if isinstance(entry, Difference):
                 yield entry
-            elif isinstance(entry, _Unpaired):
+            elif isinstance(entry, _SingleItem):
                 yield from _unpaired_differences(entry, new_tags.get(entry.owner, {}))
             else:
                 # the tags of the routine's program hide the controller's
@@ -419,7 +419,7 @@ def _names(part: Item | CommonPart) -> str:
     return ", ".join(item.name for item in part.open()) if isinstance(part, CommonPart) else part.name
 
 
-def _unpaired_differences(entry: _Unpaired, new_tags: dict[str, Item]) -> Iterator[Difference]:
+def _unpaired_differences(entry: _SingleItem, new_tags: dict[str, Item]) -> Iterator[Difference]:
     """Yield the differences for an item that only one version has.
 
     A renamed tag has one difference, at the place of its old name.

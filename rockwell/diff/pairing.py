@@ -56,7 +56,7 @@ def tokens_of(text: str) -> list[str]:
 def paired(old: Sequence[Step], new: Sequence[Step]) -> list[Pairing]:
     """Return the steps of two versions in pairs, in the order of the new one."""
     pairs = aligned([step.key for step in old], [step.key for step in new])
-    unpaired = _Unpaired(old, new, pairs)
+    unpaired = _FreeSteps(old, new, pairs)
     moved = list(unpaired.take_moved())
     for (i, k), (next_i, next_k) in pairwise([(-1, -1), *pairs, (len(old), len(new))]):
         pairs += unpaired.take_changed(range(i + 1, next_i), range(k + 1, next_k))
@@ -103,7 +103,7 @@ def _in_order(pairings: list[Pairing], removed: list[Step]) -> list[Pairing]:
     return ordered
 
 
-class _Unpaired:
+class _FreeSteps:
     """The steps without a pair: their indexes in the old and in the new version."""
 
     def __init__(self, old: Sequence[Step], new: Sequence[Step], pairs: Sequence[Pair]) -> None:

@@ -67,12 +67,11 @@ def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
         old_elements, new_elements = _elements(old, old_outer), _elements(new, new_outer)
         if old_elements is None or new_elements is None:
             return unchanged
-        common = {element.content for element in old_elements}
-        common &= {element.content for element in new_elements}
-        old_cut += (element for element in old_elements if element.content in common)
-        new_cut += (element for element in new_elements if element.content in common)
-        old_outer = [element for element in old_elements if element.content not in common]
-        new_outer = [element for element in new_elements if element.content not in common]
+        common = _contents(old_elements) & _contents(new_elements)
+        cut, old_outer = _split(old_elements, common)
+        old_cut += cut
+        cut, new_outer = _split(new_elements, common)
+        new_cut += cut
     old_cut.sort()
     new_cut.sort()
     joints = _joints(old, old_cut) & _joints(new, new_cut)
@@ -80,6 +79,18 @@ def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
     if _has_own_cuts(old_pruned) or _has_own_cuts(new_pruned):
         return unchanged
     return old_pruned, new_pruned
+
+
+def _contents(elements: Iterable[_Element]) -> set[bytes]:
+    return {element.content for element in elements}
+
+
+def _split(elements: Iterable[_Element], common: set[bytes]) -> tuple[list[_Element], list[_Element]]:
+    """Return the elements with a common content, and the other elements."""
+    split: tuple[list[_Element], list[_Element]] = ([], [])
+    for element in elements:
+        split[element.content not in common].append(element)
+    return split
 
 
 def _has_own_cuts(document: PrunedDocument) -> bool:

@@ -97,20 +97,14 @@ def rewritten_slc(
     """
     if tags:
         raise LadderError(f"{tags[0].name} is not a data file: create it in RSLogix 500")
-    encoding = "utf-8"
-    try:
-        text = data.removeprefix(BOM_UTF8).decode()
-    except UnicodeDecodeError:
-        encoding = "cp1252"
-        text = data.decode(encoding, errors="surrogateescape")
+    text, encoding = _decoded(data)
     ladders = parse_document(text, "", "").ladders
     lines, rung_lines = text.splitlines(keepends=True), dict(_lines_of_rungs(text, ladders.values()))
     newline = "\r\n" if "\r\n" in text else "\n"
     changes: list[_Change] = []
     for edit in edits:
         ladder = _ladder_of(edit, ladders)
-        trees = [parse_rung(new_text, specs=specs) for new_text in edit.texts]
-        texts = [f"SOR {rung_text(tree.series, specs)} EOR" for tree in trees]
+        texts = _slc_texts(edit, specs)
         rung = rung_lines.get((ladder.number, max(edit.rung, 0)))
         position = ladder.line if rung is None else rung.begin
         if rung is not None and edit.rung != BEFORE_FIRST:
@@ -130,6 +124,20 @@ def rewritten_slc(
     encoded = "".join(lines).encode(encoding, errors="surrogateescape")
     byte_order_mark = BOM_UTF8 * data.startswith(BOM_UTF8)
     return Rewritten(byte_order_mark + encoded, tuple(changes_of(edits, tags)))
+
+
+def _decoded(data: bytes) -> tuple[str, str]:
+    """Return the text of an export and its encoding, UTF-8 or else cp1252."""
+    try:
+        return data.removeprefix(BOM_UTF8).decode(), "utf-8"
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="surrogateescape"), "cp1252"
+
+
+def _slc_texts(edit: RungEdit, specs: Mapping[str, Spec]) -> list[str]:
+    """Return the rungs of an edit in the notation of an export."""
+    trees = [parse_rung(new_text, specs=specs) for new_text in edit.texts]
+    return [f"SOR {rung_text(tree.series, specs)} EOR" for tree in trees]
 
 
 def _ladder_of(edit: RungEdit, ladders: Mapping[int, LadderRecord]) -> LadderRecord:

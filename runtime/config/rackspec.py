@@ -98,8 +98,8 @@ def _modules_of_file(info: ValidationInfo) -> Mapping[str, ModuleRecord]:
 
 
 def _module_name(value: object, info: ValidationInfo) -> object:
-    names = [*MODULES, *_modules_of_file(info)]
-    if isinstance(value, str) and value not in names:
+    if isinstance(value, str) and value not in MODULES and value not in _modules_of_file(info):
+        names = [*MODULES, *_modules_of_file(info)]  # looks for installed packages, which takes time
         raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
     return value
 

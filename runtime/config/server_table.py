@@ -56,7 +56,7 @@ class ServerTable(Table):
 
     Attributes:
         writable: patterns of tags that clients may write, with all their members: "Run", "Recipe.*",
-            "Local:1:O.Data", "Program:Main.*"; if there are no patterns, clients can only read.
+            "Local:1:O.Data", "Program:Main.*"; without patterns, clients can only read.
         profile: names of the parts of `Local:n:I`: "generic" (Fault, Data) or "3601" (Data0, ModuleOK, ...).
         modbus: tags as coils and registers; without this table `--server modbus-tcp` is refused.
     """

@@ -19,7 +19,7 @@ from ..read.sequence_steps import OVER, Step, step_of
 from .alignment import SAME_CLOCK, TimeMap
 from .blocks import BLOCK_SCANS, blocks_by_number, blocks_by_time
 from .differing import differing
-from .fields import EXACT, TIME, Tolerance, all_fields
+from .fields import EXACT, TIME, Field, Tolerance, all_fields
 from .findings import Extent, Findings, First, rules_in
 from .stream import Stream, keyed_by_number, keyed_by_time
 from .tagged import CommonTags
@@ -137,11 +137,9 @@ def compare_parts(
     common_numbers = numbers_a & numbers_b
     common_slots = [slot for slot in slots_a if slot.number in common_numbers]
     by_number = tolerance.exact and clock == SAME_CLOCK
-    fields = [
-        field
-        for field in all_fields(common_slots, formats)
-        if (only is None or (field.slot, field.direction) in only) and (by_number or field is not TIME)
-    ]
+    fields = _fields_to_compare(common_slots, formats, only)
+    if not by_number:
+        fields = [field for field in fields if field is not TIME]
     tag_row = None
     if tags is not None:
         fields, tag_row = [*fields, *tags.fields()], tags.dtype
@@ -172,6 +170,14 @@ def compare_parts(
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,
     )
+
+
+def _fields_to_compare(
+    slots: Sequence[SlotInfo], formats: NumberFormats | None, only: frozenset[tuple[int | None, str]] | None
+) -> list[Field]:
+    """Return the fields of images, flags and times; `only` is the argument of `compare_parts`."""
+    fields = all_fields(slots, formats)
+    return fields if only is None else [field for field in fields if (field.slot, field.direction) in only]
 
 
 def _heads(a: Trace, b: Trace, tags: CommonTags) -> tuple[Difference, ...]:
@@ -210,9 +216,12 @@ def differing_sequences(a: Trace, b: Trace, *, exact: bool) -> Iterator[Differen
                 if step_a.wait != step_b.wait or (exact and step_a.scan != step_b.scan):
                     first_differing[step.sequence] = step_a, step_b
     for name, queues in waiting_steps.items():
-        first_a, first_b = first_differing.get(name) or (queue[0] if queue else None for queue in queues)
-        if first_a is not None or first_b is not None:
-            yield name, _wait_text(first_a), _wait_text(first_b)
+        if name in first_differing:
+            step_a, step_b = first_differing[name]
+            yield name, _wait_text(step_a), _wait_text(step_b)
+        elif any(queues):
+            step_text_a, step_text_b = (_wait_text(queue[0] if queue else None) for queue in queues)
+            yield name, step_text_a, step_text_b
 
 
 def _steps(trace: Trace) -> Iterator[Step]:

@@ -41,7 +41,7 @@ class _Reporting(NamedTuple):
     spans: Mapping[str, slice]  # position and count, by their names in texts
 
 
-class _Compared(NamedTuple):
+class _ScanChanges(NamedTuple):
     """Scans compared with the previous ones."""
 
     changed: Mask
@@ -153,7 +153,7 @@ class ChangeRows:
         self._fold_all(folded, moved, slice(start, len(scans)))
         self.skip(next(as_scans(scans[-1:])))
 
-    def _compared(self, scans: ScanRows) -> _Compared:
+    def _compared(self, scans: ScanRows) -> _ScanChanges:
         """Compare each scan with the previous one; the first scan counts as changed."""
         words = np.ascontiguousarray(scans["images"]).view(np.int16).reshape(len(scans), -1)
         is_different = np.zeros(words.shape, bool)
@@ -174,7 +174,7 @@ class ChangeRows:
         if self._every:
             is_folded[:] = False
         moved = {name: np.any(is_different[:, columns], axis=1) for name, columns in report_columns.items()}
-        return _Compared(is_changed, is_folded, moved)
+        return _ScanChanges(is_changed, is_folded, moved)
 
     def _fold_all(self, folded: Mask, moved: Mapping[str, Mask], span: slice) -> None:
         """Count the folded scans in a span of rows."""

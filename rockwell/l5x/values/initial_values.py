@@ -285,8 +285,7 @@ def _array(data: DecoratedValue, kind: DataType, dims: tuple[int, ...], reading:
     flat: list[Any] = [None] * count_of(dims)
     elements = (inner for inner in data.inner if inner.tag == "Element")
     for position, (_, index, text, _, inner) in enumerate(elements):
-        is_next = len(dims) == 1 and position < dims[0] and index == f"[{position}]"  # saves time
-        offset = position if is_next else _offset(index, dims)
+        offset = _offset_at(position, index, dims)
         if offset is None:
             reading.remark(f"no element {index}")
         elif isinstance(kind, Elementary):
@@ -296,6 +295,12 @@ def _array(data: DecoratedValue, kind: DataType, dims: tuple[int, ...], reading:
             structure = next((child for child in inner if child.tag == "Structure"), None)
             flat[offset] = None if structure is None else _structure(structure, kind, reading)
     return nested(flat, kind, dims) if any(value is not None for value in flat) else None
+
+
+def _offset_at(position: int, index: str, dims: tuple[int, ...]) -> int | None:
+    """Return `_offset` of an element's index; a one-dimensional array is mostly in order."""
+    is_in_order = len(dims) == 1 and position < dims[0] and index == f"[{position}]"
+    return position if is_in_order else _offset(index, dims)
 
 
 def _offset(index: str, dims: tuple[int, ...]) -> int | None:

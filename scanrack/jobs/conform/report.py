@@ -161,10 +161,8 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
     Args:
         name: name of the result file; "" if none is written.
     """
-    for scene in result.scenes:
-        is_explained = scene.readings or scene.rules or scene.scales
-        if scene.verdict is ConformVerdict.DIFFERS and not is_explained:
-            yield _unexplained(scene, recorded)
+    for scene in filter(_is_unexplained, result.scenes):
+        yield _unexplained(scene, recorded)
     widest = max((scale.high - scale.low for scale in fitted_scales(result)), default=0)
     if widest > WIDE_FACTOR:
         yield "A long move at constant rates, such as the scene 'a longer move' of hour, narrows the factor."
@@ -177,6 +175,10 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
     if result.differs:
         action = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
         yield f"{action} has every word and image, and none of your names."
+
+
+def _is_unexplained(scene: SceneVerdict) -> bool:
+    return scene.verdict is ConformVerdict.DIFFERS and not (scene.readings or scene.rules or scene.scales)
 
 
 def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:

@@ -59,7 +59,7 @@ def conditions(debugger: Debugger) -> list[Condition]:
     return list(by_tag.values())
 
 
-class _Blocked(NamedTuple):
+class _BlockedRung(NamedTuple):
     """A scanned line with a false condition."""
 
     is_reached: bool  # whether a condition before it is true; always for structured text
@@ -68,7 +68,7 @@ class _Blocked(NamedTuple):
     step: LoweredStep  # the first false condition
 
 
-def _blocked(debugger: Debugger) -> Iterator[_Blocked]:
+def _blocked(debugger: Debugger) -> Iterator[_BlockedRung]:
     """Yield the scanned lines with a false condition, in scan order."""
     for routine in debugger.engine.lowered.routines.values():
         if routine.frame or routine.name == "Axes3601":
@@ -84,7 +84,7 @@ def _blocked(debugger: Debugger) -> Iterator[_Blocked]:
             index = find_false(steps, power) if power else None
             if power and index is not None:
                 is_reached = routine.body is not None or any(power[:index])
-                yield _Blocked(is_reached, routine, line, steps[index])
+                yield _BlockedRung(is_reached, routine, line, steps[index])
 
 
 def _false_head(steps: Sequence[LoweredStep], power: Sequence[bool]) -> int | None:
@@ -103,7 +103,7 @@ def _is_condition(step: LoweredStep) -> bool:
     return (step.spec.decides or step.spec.kind is InstructionKind.INPUT) and bool(step.operands)
 
 
-def _condition(debugger: Debugger, blocked: _Blocked) -> Condition | None:
+def _condition(debugger: Debugger, blocked: _BlockedRung) -> Condition | None:
     """Describe a false condition by its first false tag; None if it has no tag that can be explained."""
     _, routine, line, step = blocked
     tags = [tag for operand in step.operands for tag in _tags(operand)]

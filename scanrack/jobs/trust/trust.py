@@ -31,7 +31,7 @@ class UntrustedError(ValueError):
     """Python in a trace would run, but the user has not allowed it."""
 
 
-class Use(StrEnum):
+class FileUse(StrEnum):
     """How a run uses a file from a trace."""
 
     READ = "read"
@@ -66,11 +66,11 @@ def admitted(files: Mapping[str, bytes], run_files: RunFiles, *, trust: bool) ->
             raise ValueError(f"the trace has no file {name}, which its run needs")
     used = {name: files[name] for name in uses}
     if not trust:
-        _check_trust({name: data for name, data in used.items() if uses[name] is not Use.READ})
+        _check_trust({name: data for name, data in used.items() if uses[name] is not FileUse.READ})
     return used
 
 
-def uses_of(files: Mapping[str, bytes], run_files: RunFiles) -> dict[str, Use]:
+def uses_of(files: Mapping[str, bytes], run_files: RunFiles) -> dict[str, FileUse]:
     """Return the uses of a trace's files in a run; raise ValueError for an unusable rack file or program."""
     rack, program, retained = run_files
     forms = {rack: rack_form(PurePosixPath(checked_name(rack)))}
@@ -86,10 +86,10 @@ def uses_of(files: Mapping[str, bytes], run_files: RunFiles) -> dict[str, Use]:
     if retained is not None:
         data_names.append(checked_name(retained))
     if Form.PYTHON in forms.values():
-        uses = dict.fromkeys([*files, *data_names], Use.REACHED)
+        uses = dict.fromkeys([*files, *data_names], FileUse.REACHED)
     else:
-        uses = dict.fromkeys(data_names, Use.READ)
-    return uses | {name: Use.RUN if form is Form.PYTHON else Use.READ for name, form in forms.items()}
+        uses = dict.fromkeys(data_names, FileUse.READ)
+    return uses | {name: FileUse.RUN if form is Form.PYTHON else FileUse.READ for name, form in forms.items()}
 
 
 def _named_in_rack(

@@ -8,7 +8,7 @@ from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.jobs.run.retained_memory import RetainedMemory
 from scanrack.jobs.trust.extracting import attached_files
-from scanrack.jobs.trust.trust import RunFiles, Use, uses_of
+from scanrack.jobs.trust.trust import FileUse, RunFiles, uses_of
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10
@@ -93,9 +93,9 @@ def test_an_edited_program_is_replayed_from_the_tags_of_the_recording(line):
 
 def test_retained_tags_of_a_trace_are_read_and_never_run():
     rungs = {"rack.toml": RACK.encode(), "a.rung": b"", "tags.json": b"{}"}
-    assert uses_of(rungs, RunFiles("rack.toml", "a.rung", "tags.json"))["tags.json"] is Use.READ
+    assert uses_of(rungs, RunFiles("rack.toml", "a.rung", "tags.json"))["tags.json"] is FileUse.READ
     forged = uses_of({"rack.py": b""}, RunFiles("rack.py", None, "rack.py"))
-    assert forged == {"rack.py": Use.RUN}
+    assert forged == {"rack.py": FileUse.RUN}
     with pytest.raises(ValueError, match="leads out of its folder"):
         uses_of(rungs, RunFiles("rack.toml", "a.rung", "../tags.json"))
 

@@ -271,7 +271,7 @@ def test_completion_of_a_rack_file_offers_keys_and_values(client: Client, feeder
     }
     assert '"home"' in client.offered(rack, text, "switches = [\n    { input = ")
     said = client.at("hover", rack, text, "scan_m")["contents"]["value"]
-    assert said.startswith("**scan_ms**: time from scan to scan")
+    assert said.startswith("**scan_ms**: time from one scan to the next")
     assert "0.01 to 1000; 2 if left out" in said
 
 

@@ -59,7 +59,7 @@ def _levels_of_ext1_differ(configuration: Configuration, options: Pmc006Options)
 # fmt: off
 CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
     ConfigurationRow("home_stroke", lambda configuration, options: options.home_stroke is None,
-        "option home_stroke is missing; set it to the longest search for home, in steps"),
+        "option home_stroke is missing; set it to the longest way to the home switch, in steps"),
     ConfigurationRow("starting speed",
         lambda configuration, _: not START_MIN <= configuration.starting_speed <= START_MAX,
         f"the PMC006's start speed is {START_MIN} to {START_MAX} steps/s"),

@@ -14,7 +14,7 @@ from ..amci3601_capabilities import AxisHoming, Refusal
 from ..command_words import CommandWords
 from ..latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
 from ..operation import CW_LIMIT, Host, limit_of
-from .homing import HOME, Homing, Phase
+from .homing import HOME, Homing, HomingPhase
 
 NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
 HOME_BEFORE_PROXIMITY = Refusal(
@@ -48,7 +48,7 @@ class HomingByAxis(Homing):
 
     @override
     def _begin_seek(self, now_ns: int) -> None:
-        self.phase = Phase.SEEK
+        self.phase = HomingPhase.SEEK
         self._search(now_ns, self.direction, self.profile)
 
     def _search(self, now_ns: int, direction: int, profile: Profile) -> None:
@@ -57,7 +57,7 @@ class HomingByAxis(Homing):
 
     @override
     def _begin_back(self, now_ns: int) -> None:
-        self.phase = Phase.BACK
+        self.phase = HomingPhase.BACK
         self._signal_was_on = self._signal
         if self._searches_on_way_back:
             self._search(now_ns, -self.direction, self.profile)
@@ -72,7 +72,7 @@ class HomingByAxis(Homing):
     @override
     def _begin_creep(self, now_ns: int) -> None:
         if self.reversed:
-            self.phase = Phase.CREEP
+            self.phase = HomingPhase.CREEP
             self._search(now_ns, self.direction, self._slow_profile)
         else:
             self._begin_seek(now_ns)
@@ -100,7 +100,7 @@ class HomingByAxis(Homing):
     @override
     def _obey_limits(self, now_ns: int) -> bool:
         """Obey the end limits; if a limit stops the axis on the edge of the switch, the axis is at home."""
-        is_at_switch = self.phase is Phase.CREEP and self._signal
+        is_at_switch = self.phase is HomingPhase.CREEP and self._signal
         if is_at_switch and self.state.active & limit_of(self.direction):
             return False
         return super()._obey_limits(now_ns)
@@ -137,12 +137,12 @@ class HomingSlowedByProximity(Homing):
 
     @override
     def _begin_seek(self, now_ns: int) -> None:
-        self.phase = Phase.SEEK
+        self.phase = HomingPhase.SEEK
         self.axis.home(now_ns, self.direction, self.profile)
 
     @override
     def _begin_creep(self, now_ns: int) -> None:
-        self.phase = Phase.CREEP
+        self.phase = HomingPhase.CREEP
         self.axis.home(now_ns, self.direction, self._slow_profile)
 
     @override

@@ -47,8 +47,8 @@ DWELL_NS = 2_000_000_000
 """Wait after an end limit [chapter 4, Find Home]."""
 
 
-class Phase(Enum):
-    """Phase of a search."""
+class HomingPhase(Enum):
+    """HomingPhase of a search."""
 
     SEEK = "seek"
     FINAL = "final"
@@ -59,10 +59,10 @@ class Phase(Enum):
     STOP_BEFORE_CREEP = "stop before creep"
 
 
-SEARCHING = frozenset({Phase.SEEK, Phase.FINAL, Phase.CREEP, Phase.STOP_BEFORE_BACK})
+SEARCHING = frozenset({HomingPhase.SEEK, HomingPhase.FINAL, HomingPhase.CREEP, HomingPhase.STOP_BEFORE_BACK})
 """Phases whose motion is in the commanded direction."""
 
-TURNING = frozenset({Phase.STOP_BEFORE_BACK, Phase.STOP_BEFORE_CREEP})
+TURNING = frozenset({HomingPhase.STOP_BEFORE_BACK, HomingPhase.STOP_BEFORE_CREEP})
 """Phases that end as soon as the axis is at rest."""
 
 
@@ -78,7 +78,7 @@ class Homing(Operation):
         self.kind = host.state.configuration.homing
         self.direction = direction
         self.profile = profile
-        self.phase = Phase.SEEK
+        self.phase = HomingPhase.SEEK
         self.reversed = False  # an end limit has reversed the search
         self.found = False
         self._dwell_until_ns = 0
@@ -133,7 +133,7 @@ class Homing(Operation):
             self._begin_seek(now_ns)
 
     def _begin_seek(self, now_ns: int) -> None:
-        self.phase = Phase.SEEK
+        self.phase = HomingPhase.SEEK
         self.axis.run(now_ns, self.direction, self.profile)
 
     def _begin_dwell(self, now_ns: int) -> None:
@@ -144,18 +144,18 @@ class Homing(Operation):
 
     def _wait(self, now_ns: int, duration_ns: int, begin_next: Callable[[int], None]) -> None:
         """Wait, regardless of words and inputs; then begin the next phase."""
-        self.phase = Phase.DWELL
+        self.phase = HomingPhase.DWELL
         self.shown_direction = 0
         self._dwell_until_ns = now_ns + duration_ns
         self._after_dwell = begin_next
 
     def _begin_back(self, now_ns: int) -> None:
-        self.phase = Phase.BACK
+        self.phase = HomingPhase.BACK
         self._signal_was_on = self._signal
         self.axis.run(now_ns, -self.direction, self.profile)
 
     def _begin_creep(self, now_ns: int) -> None:
-        self.phase = Phase.CREEP
+        self.phase = HomingPhase.CREEP
         self.axis.run(now_ns, self.direction, self._slow_profile)
         if self._signal:  # the ramp down of BACK has reached it again
             self._begin_final(now_ns)
@@ -163,11 +163,11 @@ class Homing(Operation):
     def _begin_final(self, now_ns: int) -> None:
         """Slow down after the proximity, and stop at the next home edge or marker."""
         self.axis.change_speed(now_ns, self._slow_profile)
-        self.phase = Phase.FINAL
+        self.phase = HomingPhase.FINAL
         if self._has_marker:
             self.axis.watch_marker()
 
-    def _stop(self, now_ns: int, phase: Phase) -> None:
+    def _stop(self, now_ns: int, phase: HomingPhase) -> None:
         """Ramp down in `phase`; the axis reverses at the next tick. The motion bits show the ramp."""
         self.phase = phase
         self.shown_direction = self.axis.direction
@@ -181,7 +181,7 @@ class Homing(Operation):
             return None
         if self.phase in TURNING:
             return now_ns + 1
-        return self._dwell_until_ns if self.phase is Phase.DWELL else None
+        return self._dwell_until_ns if self.phase is HomingPhase.DWELL else None
 
     # -- ticks --------------------------------------------------------------------------------
 
@@ -194,15 +194,15 @@ class Homing(Operation):
             return  # at the start, only levels count
         if not self._is_home(home_risen) and self._obey_limits(now_ns):
             return
-        if self.phase is Phase.SEEK:
+        if self.phase is HomingPhase.SEEK:
             self._continue_seek(now_ns)
-        elif self.phase is Phase.FINAL:
+        elif self.phase is HomingPhase.FINAL:
             self._continue_final(now_ns, home_risen)
-        elif self.phase is Phase.BACK:
+        elif self.phase is HomingPhase.BACK:
             self._continue_back(now_ns)
-        elif self.phase is Phase.CREEP:
+        elif self.phase is HomingPhase.CREEP:
             self._continue_creep(now_ns, home_risen)
-        elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns and not self.axis.moving:
+        elif self.phase is HomingPhase.DWELL and now_ns >= self._dwell_until_ns and not self.axis.moving:
             self._begin_reversed(now_ns, self._after_dwell)
         elif self.phase in TURNING and not self.axis.moving:
             self._after_ramp(now_ns)
@@ -211,7 +211,7 @@ class Homing(Operation):
         if not self._signal:
             return
         if self._has_switch_only:
-            self._stop(now_ns, Phase.STOP_BEFORE_BACK)
+            self._stop(now_ns, HomingPhase.STOP_BEFORE_BACK)
         else:
             self._begin_final(now_ns)
 
@@ -220,16 +220,16 @@ class Homing(Operation):
         if self._signal:
             self._signal_was_on = True
         elif self._signal_was_on:
-            self._stop(now_ns, Phase.STOP_BEFORE_CREEP)
+            self._stop(now_ns, HomingPhase.STOP_BEFORE_CREEP)
 
     def _is_home(self, home_risen: bool) -> bool:
         """Return whether this tick finds home; an end limit in the same tick counts as home.
 
         "It is possible to home the 3601 module off of an end limit switch" [chapter 4, general note 5].
         """
-        if self.phase is Phase.FINAL:
+        if self.phase is HomingPhase.FINAL:
             return self.axis.marker_seen if self._has_marker else home_risen
-        return self.phase is Phase.CREEP and self._has_switch_only and home_risen
+        return self.phase is HomingPhase.CREEP and self._has_switch_only and home_risen
 
     def _continue_creep(self, now_ns: int, home_risen: bool) -> None:
         if self._has_switch_only:
@@ -244,7 +244,7 @@ class Homing(Operation):
 
     def _after_ramp(self, now_ns: int) -> None:
         """Reverse at once, or after the configured pause (reading A-72b)."""
-        begin_next = self._begin_back if self.phase is Phase.STOP_BEFORE_BACK else self._begin_creep
+        begin_next = self._begin_back if self.phase is HomingPhase.STOP_BEFORE_BACK else self._begin_creep
         pause_ns = self.host.options.home_reversal_dwell_ms * 1_000_000
         if pause_ns and self._has_switch_only:
             self._wait(now_ns, pause_ns, begin_next)
@@ -261,7 +261,7 @@ class Homing(Operation):
     def _obey_limits(self, now_ns: int) -> bool:
         """Obey the end limits (see the table of this module); return whether a limit took effect."""
         host = self.host
-        if self.phase is Phase.DWELL and self.reversed:
+        if self.phase is HomingPhase.DWELL and self.reversed:
             return False  # the limits are checked after the dwell
         if self.phase in SEARCHING and not self.reversed and host.state.active & limit_of(self.direction):
             self._begin_dwell(now_ns)
