@@ -48,7 +48,7 @@ def test_the_acts_are_the_planted_ones_and_do_it_again(tmp_path, world, done, ta
     assert (bench.scans, bench[tag]) == before  # the bench itself has not gone on
     again = make(tmp_path, world)
     do(again, done)
-    hands = OperatorActions(again.cpu, again.cpu.rack, None if world == "python" else again._desk)
+    hands = OperatorActions(again.cpu, again.cpu.rack, None if world == "python" else again._settable)
     for order in orders:  # as those of a session
         if "wait_ns" in order:
             again.run_for(f"{order['wait_ns']} ns")
