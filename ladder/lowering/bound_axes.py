@@ -50,7 +50,7 @@ class Axes:
 def added_names(axis: str) -> tuple[str, str]:
     """Return the names of the tags that an axis adds.
 
-    >>> names_of("Feed")
+    >>> added_names("Feed")
     ('Feed_3601', 'Feed_Module')
     """
     stem = axis.replace("\\", "").replace(".", "_")

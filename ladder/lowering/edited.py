@@ -195,7 +195,7 @@ class EditedProgram:
         if not re.fullmatch(TAG_NAME, new.name) or len(new.name) > 40:
             raise LadderError(f"{new.name!r} is not a tag name; use a letter, then letters, digits and _")
         if full_name.upper() in self._running.layout.declarations:
-            raise LadderError(f"tag {full_name} exists")
+            raise LadderError(f"tag {full_name} already exists")
         kind = types_of(self._program).get(new.type.upper())
         if kind is None:
             raise LadderError(f"no type {new.type}; choose from {', '.join(NUMBERS)}, BOOL, TIMER, COUNTER")

@@ -134,7 +134,7 @@ class Play:
                 status = self._run(prepared, self._session(prepared, job))
         started = [helper.end() for helper in (self._supervisor, self._services) if helper is not None]
         if not all(started) and status == DONE:
-            return complain("a helper process has never begun: its error stands above", NO_HELPER)
+            return complain("a helper process has not started: see its error above", NO_HELPER)
         return status
 
     def _prepared_first(self, job: LoadedRack) -> PreparedRun:

@@ -68,7 +68,7 @@ def forward_distance(distance: float, unwind: float) -> float:
 
     A difference that is only a rounding error counts as 0.
 
-    >>> ahead(-10.0, 360.0), ahead(-1e-12, 360.0)
+    >>> forward_distance(-10.0, 360.0), forward_distance(-1e-12, 360.0)
     (350.0, 0.0)
     """
     forward = distance % unwind
