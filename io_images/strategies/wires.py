@@ -53,7 +53,7 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 
 def _writes() -> st.SearchStrategy[bytes]:
-    """Return a strategy of writes to registers except commands, the address and behavior selectors."""
+    """Return a strategy of writes to registers, without commands, behavior selectors and the address."""
     harmless_rows = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
     writable_rows = [row for row in harmless_rows if row.high > 1]
 

@@ -142,7 +142,7 @@ class WatchedMemory(Memory):
         """Return None, so that values are written one by one."""
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
-        """Return a value after applying the force on its place, if any."""
+        """Return a value with the force on its place applied, if there is one."""
         forced = self.forced_by_key.get((leaf.ident, index))
         return value if forced is None else forced.merged(value)
 

@@ -103,7 +103,7 @@ class _Placing:
                 self._jumps.add((visit.transition, visit.step))
 
     def _targets(self, visit: _Visit) -> list[_Visit]:
-        """Assign a transition its column; return the visits of its targets."""
+        """Assign a transition its column; return the visits to its targets."""
         if visit.transition in self._transition_columns:
             return []
         self._transition_columns[visit.transition] = column = self._column(visit)

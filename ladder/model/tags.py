@@ -250,7 +250,7 @@ class Layout:
         return leaf
 
     def _request(self, name: str) -> Leaf | None:
-        """Create and return a leaf by path in capitals; None if no tag has such a leaf left to create."""
+        """Create and return the leaf with an upper-case path; None if no tag has a leaf to create there."""
         head = tag_in(name)
         tag = self._folded.get(head)
         row = None if tag is None else _rows(tag.type).get(name[len(head) + 1 :])

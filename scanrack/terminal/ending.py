@@ -1,4 +1,4 @@
-"""Ends a process that Python would keep alive for a thread of the user's program."""
+"""Ends a process that Python would keep alive because of a thread in the user's program."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Changes:
 
 
 class ChangeFinder:
-    """Finds the changes of a signal or an image, block by block.
+    """Finds the changes in a signal or an image, block by block.
 
     Args:
         read: returns the values in a block, either one per scan or a row of words per scan.

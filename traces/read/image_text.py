@@ -78,7 +78,7 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
 
 
 def _other_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
-    """Return changes of other words as text, depending on the mode.
+    """Return the changes in the remaining words as text, depending on the mode.
 
     Args:
         has_bits: whether named bits changed; if so, a changed echo of the configuration is not mentioned.

@@ -70,7 +70,7 @@ class IdealSystem(MotionSpot):
         return self.course.kind
 
     def end(self, name: str) -> list[float]:
-        """Return an end of the path: `from`, `to`, or `next` for the end of the pending path."""
+        """Return an endpoint of the path by name: `from`, `to`, or `next` (where the pending path ends)."""
         return [float(self[f"~{name}{coordinate}"]) for coordinate in range(SIZE)]
 
     def set_end(self, name: str, values: list[float]) -> None:

@@ -52,7 +52,7 @@ def check_wait(
     parts = list(changed)
     for inner in waits_in(wait):
         if not type(inner).__module__.startswith(OURS):
-            raise ConditionError(f"{inner!r} is a wait of the program's class {type(inner).__name__}")
+            raise ConditionError(f"{inner!r} is a wait of a class of the program, {type(inner).__name__}")
         for value in _values_of(inner):
             _check_value(value, editions, parts, texts)
 

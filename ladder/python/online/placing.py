@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 
 class NotPlacedError(SiteError):
-    """A sequence that can't continue in the edited program; its sites show its await."""
+    """A sequence can't continue in the edited program; the error's sites show where it was waiting."""
 
 
 @dataclass(frozen=True, slots=True)

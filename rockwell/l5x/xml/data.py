@@ -141,8 +141,8 @@ class Data:
 def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
     """Cut the decorated data out of a document; return the document and the decorated data.
 
-    Line breaks remain, so lines keep their numbers. Nothing is cut out of a document with an attribute
-    `Cut`, or with an unfinished comment, CDATA section or value.
+    Line breaks remain, so lines keep their numbers. Nothing is cut out of a document that has a `Cut`
+    attribute, or an unterminated comment, CDATA section or value.
     """
     if _CUT.search(data):
         return data, []

@@ -69,7 +69,7 @@ def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: st
 
 
 def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: int, counts: int) -> None:
-    """Start a move to an encoder target, over a signed number of counts."""
+    """Start a move to an encoder target that is a signed number of counts away."""
     if host.unable(now_ns, Feature.ENCODER_MOVE, command):
         return
     direction = 1 if counts >= 0 else -1

@@ -73,7 +73,7 @@ def _overruns(pacer: Pacer) -> Iterator[str]:
 
 
 def _late_scans(pacer: Pacer) -> Iterator[str]:
-    """Yield the number of late scans, by their delay."""
+    """Yield lines with the number of late scans, in total and by how late they were."""
     if pacer.free:
         return
     late, scans = sum(pacer.late[1:]), sum(pacer.late)

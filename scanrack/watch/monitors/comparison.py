@@ -1,4 +1,4 @@
-"""Comparison of a page's trace with another one: the same scan of both, and its differences.
+"""Comparison of a page's trace with another one: the same scan in both, and how the two differ.
 
     page       scan 480   words  power  tags          of the session or trace of the page
     other      scan 480   words  power  tags          of a trace in the same folder

@@ -26,7 +26,7 @@ RATE_MIN = 6
 
 
 def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
-    """Return the coefficient for a programmed rate, 6 steps/ms/s or more unless the nearest one is used.
+    """Return the coefficient for a programmed rate, which must be at least 6 steps/ms/s unless `nearest`.
 
     >>> [coefficient_for(rate) for rate in (6, 7, 10, 11, 15, 22, 28, 49, 78, 2000)]
     [8, 7, 7, 6, 5, 4, 3, 2, 1, 1]

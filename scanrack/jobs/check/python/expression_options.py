@@ -292,7 +292,7 @@ def _apply(function: Callable[..., Any], arguments: Sequence[Choices]) -> Choice
 
 
 def _unchanging(value: Any) -> Any:
-    """Return a value of the module if nothing can change it; otherwise raise UnknownError."""
+    """Return a value from the module if nothing can change it; otherwise raise UnknownError."""
     is_row = isinstance(value, tuple | list) and all(map(_is_unchanging, value))
     is_table = isinstance(value, dict) and all(map(_is_unchanging, value.values()))
     if is_row or is_table or _is_unchanging(value):

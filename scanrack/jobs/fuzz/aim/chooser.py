@@ -107,7 +107,7 @@ class Chooser:
         return self._variant(entry)
 
     def _counted(self, run: Run) -> Run:
-        """Return a function that runs a scenario and counts the trimming run."""
+        """Return a function that runs a scenario and counts it as a trimming run."""
 
         def counted_run(scenario: Scenario) -> Edges | None:
             self._trimming += 1

@@ -109,7 +109,7 @@ class Edges:
         }
 
     def one_of(self, random: Random, groups: Sequence[str]) -> int | None:
-        """Return a random scan of a change in one of the groups; None if they have no changes."""
+        """Return a random scan in which something in one of the groups changes; None if nothing changes."""
         filled_groups = [self.groups[name] for name in groups if name in self.groups]
         if not filled_groups:
             return None

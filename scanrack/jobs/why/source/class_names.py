@@ -42,7 +42,7 @@ class Names:
             self.sequences = tuple(sequence.name for sequence in sequences_of(logic))
 
     def own(self, text: str) -> str:
-        """Return a name without the class's own name: `cycle` for `line.cycle`."""
+        """Return a name without the prefix for the class itself: `cycle` for `line.cycle`."""
         return text.removeprefix(self.prefix)
 
     def declares(self, text: str) -> bool:
