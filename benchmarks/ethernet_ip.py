@@ -277,7 +277,7 @@ from pathlib import Path
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
 from contextlib import ExitStack
-from scanrack.runtime.live.tag_server import TagServer
+from scanrack.runtime.live.tag_server import ExchangeResults, TagServer
 from scanrack.runtime.tag_servers.tag_snapshot import ReadBytes
 from scanrack.runtime.tag_servers.setup import TagSetup
 
@@ -286,7 +286,7 @@ with ExitStack() as ports:
     images = run.program.debugger.images
     def exchange(packets):
         found = [[images.read(o.tag, o.offset, o.size) for o in each] for _, each in packets]
-        return 0, 1, found
+        return ExchangeResults(0, 1, found)
     setup = TagSetup(images.listing, 1, (), "bench", "1769-L33ER scanrack", bytes(4), 44818)
     listening = socket.create_server(("127.0.0.1", int(sys.argv[2])))
     server = TagServer(setup, listening, None, exchange)

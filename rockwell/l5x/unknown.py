@@ -82,12 +82,17 @@ class UnknownTypes:
             if self._is_unknown(record.type) and not self._shows_type(record):
                 yield record.type.upper(), record.type
 
-    def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
-        """Yield owner and name, in capitals, of routines that name axis members that `AXIS_TYPES` lacks."""
+    def _axis_names(self) -> set[str]:
+        """Return the names of axis tags and of their aliases, in capitals."""
         records = list(self._records())
         axes = {record.name.upper() for record in records if record.type.upper() in AXIS_TYPES}
         aliases = [record for record in records if record.target.rpartition(".")[2].upper() in axes]
         axes.update(alias.name.upper() for alias in aliases)
+        return axes
+
+    def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
+        """Yield owner and name, in capitals, of routines that name axis members that `AXIS_TYPES` lacks."""
+        axes = self._axis_names()
         for owner, routine in document.routines() if axes else ():
             members = _members_named(routine)
             if any(name.upper() in axes and AXES.member(member) is None for name, member in members):

@@ -307,19 +307,24 @@ def sources(adapter: Adapter, _arguments: Json) -> Json:
     return {"sources": [{"name": Path(file).name, "path": str(file)} for file in files]}
 
 
+def _names_for(adapter: Adapter, word: str) -> list[str]:
+    """Return the members of a structure before the last dot of a word, or else all tags and commands."""
+    owner, dot, _ = word.rpartition(".")
+    view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
+    members = view.value(tree, owner, owner).get("node") if dot and owner in view.tags else None
+    if members is not None:
+        return [f"{owner}.{row['name']}" for row in members()]
+    return [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
+
+
 def completions(adapter: Adapter, arguments: Json) -> Json:
     """Return completions for the name before the cursor."""
     line, column = text(arguments, "text"), whole(arguments, "column")
     match = _NAME_AT_END.search(line[: max(0, column - 1)])
     word = match[0] if match else ""
-    owner, dot, _ = word.rpartition(".")
-    view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
-    members = view.value(tree, owner, owner).get("node") if dot and owner in view.tags else None
-    if members is not None:
-        names = [f"{owner}.{row['name']}" for row in members()]
-    else:
-        names = [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
-    matches = [name for name in names if name.lower().startswith(word.lower())][:COMPLETIONS_MOST]
+    matches = [name for name in _names_for(adapter, word) if name.lower().startswith(word.lower())][
+        :COMPLETIONS_MOST
+    ]
     start = column - 1 - len(word)
     return {"targets": [{"label": name, "start": start, "length": len(word)} for name in matches]}
 

@@ -22,10 +22,15 @@ _RUNG = re.compile(r"(?P<rung>.+\.\d+)(?: (?P<when>changes|executes))?")
 _WHEN = {"": " executes", BECOMES_TRUE: "", CHANGES: " changes"}
 
 
+def _is_plain(point: Breakpoint) -> bool:
+    """Return whether a breakpoint is of a kind that the page has: without counts, logs and exceptions."""
+    return not point.hits and not point.log and point.kind != "exception"
+
+
 def _page_names(point: Breakpoint, page_routine: RoutineName) -> list[str]:
     """Return the page's names for a breakpoint; empty if the page does not support it."""
     when = _WHEN.get(point.condition.strip().lower())
-    if when is None or point.hits or point.log or point.kind == "exception":
+    if when is None or not _is_plain(point):
         return []
     if point.keys:
         names = [(page_routine(routine), number) for routine, number in point.keys]

@@ -100,10 +100,8 @@ class JobRun:
         # The recorder first: it keeps or refuses the earlier recordings of the rack and of its units.
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         units_beside = _units_beside(units, options.trace)
-        if units_beside is not None:
-            listeners.append(units_beside)
-        if recorder is not None:
-            listeners.append(self.program.recorded(recorder))  # closed last, since it reads all files
+        recorded = None if recorder is None else self.program.recorded(recorder)
+        listeners += filter(None, (units_beside, recorded))  # the recorder is closed last: it reads all files
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _write_drafts(recorder, units_beside)
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)

@@ -21,6 +21,7 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
 from scanrack.ladder.debug.watched import shown
+from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.live import actions
 from scanrack.runtime.live.operator_actions import OperatorActions
 from scanrack.runtime.machine.spec import INPUT_NAMES
@@ -239,10 +240,14 @@ def _acts_on_panels(bench: Rack) -> Iterator[Act]:
         for name in (slot.options or {}).get("inputs") or ():
             yield from _input_acts(bench, slot.number, str(name))
         if slot.has(Trait.MACHINE) and not slot.is_live:
-            energized = bench.slot[slot.number].energized
-            for name in slot.record.machine_inputs(slot.options or {}):
-                if name in energized or not is_stepper(slot.words):
-                    yield from _input_acts(bench, slot.number, name)
+            yield from _acts_on_machine(bench, slot)
+
+
+def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
+    energized = bench.slot[slot.number].energized
+    for name in slot.record.machine_inputs(slot.options or {}):
+        if name in energized or not is_stepper(slot.words):
+            yield from _input_acts(bench, slot.number, name)
 
 
 def _input_acts(bench: Rack, number: int, name: str) -> Iterator[Act]:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scanrack.io_images.module_words import CONFIGURES
+from scanrack.io_images.module_words import CONFIGURES, Quantity
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.image_text import in_thousands
 
@@ -81,11 +81,14 @@ def read_text(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], i
     return "; ".join(parts) or "no input"
 
 
+def _long_quantities(slot: SlotInfo) -> dict[int, Quantity]:
+    """Return the input quantities of more than one word, by their first word."""
+    return {quantity.word: quantity for quantity in slot.words.quantities_in("in") if quantity.words > 1}
+
+
 def _read_values(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> Iterator[str]:
     """Yield the names and values of a slot's bits, words and two-word quantities that were read."""
-    quantities = {
-        quantity.word: quantity for quantity in slot.words.quantities_in("in") if quantity.words > 1
-    }
+    quantities = _long_quantities(slot)
     whole_words = [word for word, mask in masks.items() if mask in (0, 0xFFFF)]
     for word, mask in sorted(masks.items()):
         if word not in whole_words:

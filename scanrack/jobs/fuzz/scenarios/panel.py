@@ -15,7 +15,7 @@ from itertools import chain
 from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.model.operands import Constant, Place, first_leaf
 from scanrack.ladder.model.tags import Leaf
-from scanrack.ladder.state.lowered import LoweredProgram, steps_of
+from scanrack.ladder.state.lowered import LoweredProgram, LoweredStep, steps_of
 from scanrack.runtime.config.rackspec import RackSpec
 
 from ...check.rungs.number_ranges import BY_PEOPLE
@@ -66,11 +66,16 @@ def _constants_by_tag(lowered: LoweredProgram) -> defaultdict[str, list[int | fl
     lines = (line for routine in lowered.routines.values() for line in routine.lines)
     for step in chain.from_iterable(steps_of(line.nodes) for line in lines):
         constants = [operand.value for operand in step.operands if isinstance(operand, Constant)]
-        if constants:
-            for mention in mentions_of(lowered.sites[step.site], step):
-                if mention.reads and isinstance(mention.where, Place):
-                    constants_by_tag[first_leaf(mention.where).ident] += constants
+        for tag in _tags_read(lowered, step) if constants else ():
+            constants_by_tag[tag] += constants
     return constants_by_tag
+
+
+def _tags_read(lowered: LoweredProgram, step: LoweredStep) -> Iterator[str]:
+    """Yield the identifiers of the tags that an instruction reads."""
+    for mention in mentions_of(lowered.sites[step.site], step):
+        if mention.reads and isinstance(mention.where, Place):
+            yield first_leaf(mention.where).ident
 
 
 def _values(leaf: Leaf, constants: list[int | float]) -> Iterator[bool | int | float]:
