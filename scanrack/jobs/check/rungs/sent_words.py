@@ -103,9 +103,13 @@ class SentWords:
                 words = self._reader.words_of(step.operands[0])
                 if words is not None and words[0] is not None:
                     yield SentCommand(place, target[0], _filled(words), _speed(words))
-            for call in step.operands:
-                if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
-                    yield from self._configured(call, place)
+            yield from self._configured_by(step, place)
+
+    def _configured_by(self, step: LoweredStep, place: FileLine) -> Iterator[SentCommand]:
+        """Yield the configurations that the blocks of an instruction send."""
+        for call in step.operands:
+            if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
+                yield from self._configured(call, place)
 
     def _configured(self, call: AddOnCall, place: FileLine) -> Iterator[SentCommand]:
         """Yield the configuration that a block sends to a 3601."""
