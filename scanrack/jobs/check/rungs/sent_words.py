@@ -8,7 +8,7 @@ from types import MappingProxyType
 from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
 from scanrack.io_images.amci3601.configuration import check
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
-from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredStep
 from scanrack.runtime.config.rackspec import profile_in
 
 from ..facts import Command, FileLine, SentCommand, Violation
