@@ -67,7 +67,7 @@ def test_forces_are_in_sight_and_an_order_in_a_pause_says_when_it_acts(page, pau
     page.until_scan(9, "paused")
     page.click("[data-element='Main.2.1']")  # OTE(Trouble)
     page.press("Force")
-    until(lambda: "before scan 10" in text(page, "#notice"))
+    until(lambda: "before the next scan, 10" in text(page, "#notice"))
     page.press("Step")
     page.until_there("#bar [data-warning][title='Forced: Trouble']")
     page.until_there(".value[data-name='Trouble'][data-forced]")
