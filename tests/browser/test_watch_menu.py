@@ -103,7 +103,11 @@ def test_the_keyboard_reaches_the_menu_and_the_rung_says_what_it_waits_for(page,
     assert menu(page) == {}
     before = page.value("OutGo")
     keys.send_keys("t").perform()
-    until(lambda: "before the next scan, 1,500" in page.run("return document.getElementById('notice').textContent"))
+    until(
+        lambda: (
+            "before the next scan, 1,500" in page.run("return document.getElementById('notice').textContent")
+        )
+    )
     keys.send_keys("m").perform()
     until(lambda: menu(page))
     keys.send_keys("B").perform()

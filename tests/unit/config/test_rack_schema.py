@@ -105,7 +105,7 @@ def test_times_and_limits_are_those_that_are_checked() -> None:
     tables = schema_of()
     assert tables["properties"]["scan_ms"] == {
         "default": 2,
-        "description": "time from scan to scan, 0.01 to 1000 ms.",
+        "description": "time from one scan to the next, 0.01 to 1000 ms.",
         "maximum": 1000.0,
         "minimum": 0.01,
         "type": "number",

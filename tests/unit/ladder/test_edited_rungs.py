@@ -93,7 +93,7 @@ def test_a_new_tag_settles_it_and_a_wrong_one_is_refused():
     assert checked(edit, tags=[NewTag("Jog", "BOOL")]).is_right
     assert not checked(edit, tags=[NewTag("Jog", "DINT")]).is_right
     for tag, said in (
-        (("Go", "BOOL"), "Go exists"),
+        (("Go", "BOOL"), "Go already exists"),
         (("A B", "BOOL"), "is not a tag name"),
         (("Jog", "WHAT"), "no type"),
     ):
