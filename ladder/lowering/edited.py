@@ -28,7 +28,7 @@ from .runnable import LadderLogic
 from .text import parse_rung
 
 NUMBERS = ("DINT", "INT", "SINT", "LINT", "REAL")
-"""Numeric types, which can't be told apart by their uses."""
+"""Numeric types, which an operand's uses can't distinguish."""
 
 _JUMPS = ("JMP", "JSR", "FOR", "SBR", "RET", "JXR")
 """Instructions that name a label or a routine."""

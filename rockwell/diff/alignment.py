@@ -21,7 +21,7 @@ SMALL = 1_024
 """Maximum product of two stretches' lengths up to which `difflib` aligns them."""
 
 DEEPEST = 40
-"""Maximum depth to which anchors are sought between anchors."""
+"""Maximum depth of the search for anchors between anchors."""
 
 Pair = tuple[int, int]
 """Indexes of an element in the old and in the new sequence."""

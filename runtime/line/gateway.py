@@ -24,7 +24,7 @@ BUSY = 0x06
 EXCEPTION = 0x80
 BROADCAST = 0
 WAITING_MAX = 64
-"""Maximum number of requests that wait for the line; any more get exception 06h, *server device busy*."""
+"""Maximum number of requests that wait for the line; others get exception 06h, *server device busy*."""
 
 SILENCE_CHARACTERS = 3.5
 

@@ -28,7 +28,7 @@ WAIT_S = 0.02
 
 
 Reply = Callable[[Mapping[str, object]], None]
-"""Function that sends an answer to the page that asked: an object with the key `ok` or `refused`."""
+"""Function that sends an answer to the page of the request: an object with the key `ok` or `refused`."""
 
 PAGE_ACTIONS = {**actions.ACTIONS, **actions.TYPED}
 """Actions that a monitor may pass on from a page, by name."""

@@ -35,6 +35,11 @@ def complain(text: str, status: int = DONE) -> int:
     return status
 
 
+def complain_of_helper() -> int:
+    """Print that a helper process has not started, which has printed its error; return the exit status."""
+    return complain("a helper process has not started: see its error above", NO_HELPER)
+
+
 def ignore(_text: str) -> None:
     """Print nothing, instead of `complain`."""
 

@@ -32,7 +32,7 @@ from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.runtime.loop.realtime import frozen_collector, real_time
 from scanrack.terminal.run_end import complain_of_fault, run_to_end
-from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO_HELPER, complain, reason
+from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, complain, complain_of_helper, reason
 from scanrack.terminal.terminal import say
 
 from .announcing import Announcer, programs_of
@@ -134,7 +134,7 @@ class Play:
                 status = self._run(prepared, self._session(prepared, job))
         started = [helper.end() for helper in (self._supervisor, self._services) if helper is not None]
         if not all(started) and status == DONE:
-            return complain("a helper process has not started: see its error above", NO_HELPER)
+            return complain_of_helper()
         return status
 
     def _prepared_first(self, job: LoadedRack) -> PreparedRun:

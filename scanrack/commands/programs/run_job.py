@@ -23,8 +23,8 @@ from scanrack.terminal.status import (
     DONE,
     INTERRUPTED,
     NO,
-    NO_HELPER,
     complain,
+    complain_of_helper,
     ignore,
     reason,
 )
@@ -94,7 +94,7 @@ def _end_servers(services: TagServices, status: int) -> int:
     """End the servers; return the exit status of the run, or NO_HELPER if a server has not started."""
     if services.end() or status != DONE:
         return status
-    return complain("a helper process has not started: see its error above", NO_HELPER)
+    return complain_of_helper()
 
 
 def _warn(job: LoadedRack, *, without_clients: bool) -> None:

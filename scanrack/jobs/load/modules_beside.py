@@ -44,8 +44,7 @@ class _Finder(MetaPathFinder):
         spec = PathFinder.find_spec(fullname, [folder])
         if spec is None:
             return None
-        spec.loader_state = folder
-        return _compiled_beside(spec)
+        return _beside(spec, folder)
 
 
 class _FirstFinder(MetaPathFinder):
@@ -63,8 +62,7 @@ class _FirstFinder(MetaPathFinder):
         spec = PathFinder.find_spec(fullname, path)
         if spec is None or not Path(spec.origin or "").resolve().is_relative_to(folder):
             return None
-        spec.loader_state = folder
-        return _compiled_beside(spec)
+        return _beside(spec, folder)
 
 
 class _Loader(SourceFileLoader):
@@ -78,7 +76,9 @@ class _Loader(SourceFileLoader):
         return self.compiler(self.get_data(path), path)
 
 
-def _compiled_beside(spec: ModuleSpec) -> ModuleSpec:
+def _beside(spec: ModuleSpec, folder: _Folder) -> ModuleSpec:
+    """Return the spec of a module in the importer's folder; `BESIDE` compiles it, if set."""
+    spec.loader_state = folder
     compiler = BESIDE.get()
     if compiler is not None and isinstance(spec.loader, SourceFileLoader):
         spec.loader = _Loader(spec.name, spec.loader.path)

@@ -69,7 +69,7 @@ class RackChain:
     _explained: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)  # changes, by bits and row
     _chains: Chains | None = None
     _events_of_scans: dict[int, list[TraceEvent]] | None = None
-    _question_row: int = 0  # row of the scan that the user asked about
+    _question_row: int = 0  # row of the scan in the user's question
 
     # --- questions
 

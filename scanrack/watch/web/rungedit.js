@@ -115,7 +115,7 @@ function setCaret(focused) {
   if (document.activeElement !== text) text.value = rungText;
   const column = checkedOf(at)?.mistakes.find(each => each.column)?.column;
   text.setAttribute("aria-invalid", String(Boolean(column)));
-  const isOld = !gaps || checkedOf(at).text !== rungText; // no answer for this text yet; typing goes on
+  const isOld = !gaps || checkedOf(at).text !== rungText; // no answer for this text yet; typing continues
   if (svg && isOld) {
     body.append(caret);
   } else if (svg) {

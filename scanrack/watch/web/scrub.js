@@ -25,7 +25,7 @@ const branchButton = button("Branch from here", branch, {
   title: "Run again from this scan on, into a recording of its own",
 });
 
-let wanted = null, isAsking = false;
+let nextScan = null, isAsking = false;
 let destination = null; // the scan that was requested last: keys pressed in quick succession move on from it
 let isHeld = false; // by a finger, which does not give focus: frames do not move the slider then
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { isHeld = false; }, true);
@@ -36,14 +36,14 @@ export const scrubber = (above, ...behind) => el("div", { class: "scrub", role: 
 
 // Shows a scan. Of the scans requested while an answer is awaited, only the latest is kept.
 export async function lookAt(scan) {
-  wanted = clamp(scan);
-  destination = wanted === "live" ? null : wanted;
+  nextScan = clamp(scan);
+  destination = nextScan === "live" ? null : nextScan;
   if (isAsking) return;
   isAsking = true;
-  while (wanted !== null) {
-    const next = wanted;
-    wanted = null;
-    if (!await orders.look(next) && wanted === null) destination = null; // it was refused
+  while (nextScan !== null) {
+    const requestedScan = nextScan;
+    nextScan = null;
+    if (!await orders.look(requestedScan) && nextScan === null) destination = null; // it was refused
   }
   isAsking = false;
 }
@@ -75,7 +75,7 @@ export function moveBy(scans) {
   return lookAt(to);
 }
 
-let branched = null; // the scan of a new branch that the user has not been told of
+let branched = null; // the scan of a new branch that is not reported yet
 
 async function branch() {
   const scan = branched = run.scan;

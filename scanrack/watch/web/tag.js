@@ -63,8 +63,8 @@ const own = el("span", {}), parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
-// the questions that were asked and answered last: tag, value and scan
-let asked = "", answeredQuestion = "", isAsking = false;
+// the latest question, and the latest one with an answer: tag, value and scan
+let latestQuestion = "", answeredQuestion = "", isAsking = false;
 let answered = null; // the tag whose answer is shown
 const head = el(
   "div",
@@ -110,7 +110,7 @@ function show({ tag, names }) {
   sendWatched(names).then(() => { if (tag === selected.tag) enableButtons(tag), paintForced(); });
   paintForced();
   setText(since, "");
-  asked = "";
+  latestQuestion = "";
   askSince();
   at("tag").scrollIntoView({ block: "nearest" });
 }
@@ -118,8 +118,8 @@ function show({ tag, names }) {
 // Asks since when the tag has its value; again when the value changes, or another scan of the past is shown.
 async function askSince() {
   const question = questionNow(), { tag } = selected;
-  if (!tag || question === asked || isAsking) return;
-  asked = question;
+  if (!tag || question === latestQuestion || isAsking) return;
+  latestQuestion = question;
   isAsking = true;
   try {
     const reported = await lastChange(

@@ -35,7 +35,7 @@ from ...record.logic_wrapper import unwrapped
 from .aims import LONGEST_NS, dead, scenario_to
 
 PATIENCE = 200
-"""Number of runs without a new feature before questions are asked."""
+"""Number of runs without a new feature before the first question."""
 
 AT_ONCE = 4
 """Questions before the search continues, each about a different rung. An answer may reach other rungs."""
@@ -74,7 +74,7 @@ class SolverStep:
 
     def __init__(self, job: LoadedRack, bench: TrialBench, patience: int = PATIENCE) -> None:
         self._job, self._bench, self._patience = job, bench, patience
-        self._asked: Counter[int] = Counter()  # number of questions about each instruction
+        self._question_counts: Counter[int] = Counter()  # number of questions about each instruction
         self._begun: set[tuple[int, str]] = set()  # instructions, each with an entry from which "on" began
         self.questions = self.answered = 0
 
@@ -95,8 +95,8 @@ class SolverStep:
         """Ask the next question about each of some open instructions; yield the scenarios found."""
         entries = _step_entries(state)
         for number in self._open(state):
-            question = self._asked[number]
-            self._asked[number] += 1
+            question = self._question_counts[number]
+            self._question_counts[number] += 1
             scenario = self._solve(number, question, entries)
             if scenario is not None and scenario.size:
                 yield scenario
@@ -134,10 +134,10 @@ class SolverStep:
         sites = self._lowered.sites
         by_rung: dict[tuple[str, str], int] = {}
         for gap in self.gaps(reached(self._job, state.kept.seen)):
-            if gap.number is not None and self._asked[gap.number] < QUESTIONS:
+            if gap.number is not None and self._question_counts[gap.number] < QUESTIONS:
                 site = sites[gap.number]
                 by_rung.setdefault((site.routine, site.place), gap.number)
-        return sorted(by_rung.values(), key=lambda number: (self._asked[number], number))[:AT_ONCE]
+        return sorted(by_rung.values(), key=lambda number: (self._question_counts[number], number))[:AT_ONCE]
 
     @cached_property
     def dead_points(self) -> dict[RungPoint, Site]:
