@@ -33,6 +33,7 @@ from bars import Bars, children_s
 from scanrack import open_bench
 from scanrack.jobs.bench import Bench
 from scanrack.ladder.debug import replay
+from scanrack.ladder.debug.debugger import Debugger
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
 
@@ -69,7 +70,8 @@ def chain(bench: Bench) -> None:
 
 def chain_scan_by_scan(bench: Bench) -> None:
     """Make the chain without the search in all stretches at once."""
-    bench.program._past._found.clear()  # what has been found is kept
+    debugger: Debugger = bench.program
+    debugger._past._last_changes.clear()  # the first chain cached its results
     side_by_side, replay.ONE_BY_ONE = replay.ONE_BY_ONE, 1 << 30
     try:
         chain(bench)
