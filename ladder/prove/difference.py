@@ -165,7 +165,7 @@ class _Comparison:
         self.unknowns = SharedUnknowns(self.old, self.new)
 
     def difference(self) -> Difference:
-        """Compare the two systems."""
+        """Compare the systems; skip the search if form, types and initial values are the same."""
         old, new = _written(self.old), _written(self.new)
         common = self._common_keys(old | new)
         outputs = self._outputs(key for key in common if key != FAULT)
@@ -224,8 +224,10 @@ class _Comparison:
             if all(leaf is not None and key[1] < leaf.size for leaf in leaves):
                 common.append(key)
                 for problem in (self.old, self.new):
-                    problem.after(key)
-        return [*common, *[FAULT] * any(STOPPED in side.next for side in (self.old, self.new))]
+                    problem.after(key)  # creates the term, so that the state has the key
+        if any(STOPPED in side.next for side in (self.old, self.new)):
+            common.append(FAULT)
+        return common
 
     def _have_equal_values(self) -> bool:
         """Return whether both programs have the same values, with the same types and initial values."""
@@ -435,6 +437,7 @@ class _Base:
         return None
 
     def _frame(self, number: int) -> Frame:
+        """Return the scan with a number, from 0; make it if it follows the last one made."""
         if number == len(self._frames):
             previous = self._frames[-1] if self._frames else None
             with self._system.narrowing(self._roots):
@@ -478,11 +481,13 @@ def _marked(order: Sequence[T], names: set[str]) -> set[int]:
 
 
 def _initial(problem: ProgramSystem, path: str) -> str:
+    """Return the initial values of a tag as text; "" if the memory does not have it."""
     memory, leaf = problem.engine.memory, problem.lowered.layout.leaf(path)
     return repr(memory.values(leaf)) if memory.has(leaf) else ""
 
 
 def _is_shown(key: Key) -> bool:
+    """Return whether a place is a tag that users know, not a hidden place or a system flag."""
     return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
 
 

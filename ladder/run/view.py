@@ -70,6 +70,7 @@ class Tags:
         return tag
 
     def _resolve(self, name: str) -> Place | Group:
+        """Return and cache the place of a name; raise a ValueError if it is unknown or an unused image."""
         tag: Place | Group | None = self._cache.get(name)
         if tag is None:
             tag = self._resolver.named(name)
@@ -85,6 +86,7 @@ class Tags:
         return bool(int(value) >> self._index(place.bit, place.leaf.type.bits, place) & 1)
 
     def _set(self, place: Place, value: bool | int | float) -> None:
+        """Write a value of the place's type; for a bit, change that bit of its word."""
         index = self._flat(place.indices, place)
         if place.bit is not None:
             bits = place.leaf.type.bits
@@ -95,6 +97,7 @@ class Tags:
         self._memory.write(place.leaf, index, value)
 
     def _flat(self, indices: tuple[Resolved, ...], tag: Place | Group) -> int:
+        """Return the flat index that subscripts select; 0 without subscripts."""
         if not indices:
             return 0
         dims = tag.leaf.dims if isinstance(tag, Place) else self._dims(tag)
@@ -104,6 +107,7 @@ class Tags:
         return flat
 
     def _dims(self, group: Group) -> tuple[int, ...]:
+        """Return the dimensions of a group, which all its leaves begin with."""
         prefix = group.path.upper()
         leaves = self._lowered.layout.leaves
         return next(
@@ -111,12 +115,14 @@ class Tags:
         )
 
     def _index(self, index: Resolved, length: int, tag: Place | Group) -> int:
+        """Return a subscript or bit number; raise a ValueError if it is out of range."""
         value = self._value(index)
         if not 0 <= value < length:
             raise ValueError(f"{tag.text}: index {value} is out of range; must be 0 to {length - 1}")
         return value
 
     def _value(self, index: Resolved) -> int:
+        """Return the current value of a subscript."""
         if isinstance(index, Constant):
             return int(index.value)
         if isinstance(index, Place):

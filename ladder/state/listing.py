@@ -100,6 +100,7 @@ def _control_word(kind: Structure) -> Iterator[Part]:
 
 
 def _parts(kind: Structure, places: Places) -> Iterator[Part]:
+    """Yield the members of a structure; before its first BOOL member, the hidden byte that has the bit."""
     hosts: set[int] = set()
     for member in kind.members:
         if member.at:

@@ -33,6 +33,7 @@ class TagImage:
         count = count_of(tag.dims)
         self._is_bits = tag.type is BOOL and bool(tag.dims)
         self._stride = size_of(tag.type)
+        # an array of BOOL has whole words of 32 bits
         self.size = -(-count // 32) * 4 if self._is_bits else self._stride * count
         self._bytes = self._bits if self._is_bits else self._elements
 
@@ -99,6 +100,7 @@ class TagImage:
     # --- reading
 
     def _bits(self, offset: int, size: int) -> bytes:
+        """Return bytes of an array of BOOL, eight elements in each."""
         leaf, read, number = self._leaf, self._memory.read, 0
         for bit in range(8 * offset, min(8 * (offset + size), leaf.size)):
             if read(leaf, bit):

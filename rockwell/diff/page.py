@@ -82,6 +82,7 @@ class _Page:
         yield "</main>"
 
     def _contents(self) -> Iterator[str]:
+        """Yield links to the sections, each with the number of its differences of each kind."""
         yield '<nav aria-label="contents"><ol>'
         for number, (owner, differences) in enumerate(self._groups):
             counts = Counter(difference.kind for difference in differences)
@@ -97,6 +98,7 @@ class _Page:
         return f'<article class="{kind}">{heading}{self._content(difference)}</article>'
 
     def _content(self, difference: Difference) -> str:
+        """Return the texts or rungs of a difference; a changed rung shows both versions side by side."""
         old_steps, new_steps, fields = difference.old_steps, difference.new_steps, difference.fields_text
         if difference.noun == RUNG and difference.kind == CHANGED:
             return _sides(*self._rung_pair(old_steps[0], new_steps[0]))
@@ -115,6 +117,7 @@ class _Page:
         return shown + (f"<p>… {hidden:,} more</p>" if hidden > 0 else "")
 
     def _rung_pair(self, old: Step, new: Step) -> tuple[str, str]:
+        """Return both versions of a rung, as text with marks, and as pictures until their limit."""
         drawn = pictures(old, new) if self._pictures_left > 0 else None
         self._pictures_left -= 2
         old_text, new_text = _marked(old.text, new.text)
@@ -126,7 +129,8 @@ class _Page:
 
     def _rung(self, step: Step) -> str:
         drawn = picture(step) if step.noun == RUNG and self._pictures_left > 0 else ""
-        self._pictures_left -= step.noun == RUNG
+        if step.noun == RUNG:
+            self._pictures_left -= 1
         return f"{_comment(step)}{drawn}<pre>{_shown(step.text)}</pre>"
 
 

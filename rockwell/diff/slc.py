@@ -60,6 +60,7 @@ def _elements(record: DataRecord) -> Iterator[tuple[str, str]]:
 
 
 def _slots(document: SlcDocument) -> Iterator[Item]:
+    """Yield each slot of the chassis with its card, comment and settings."""
     for slot in document.slots.values():
         item = Item("slot", str(slot.number), slot.line)
         item.fields.append(("card", " ".join(slot.text.split())))

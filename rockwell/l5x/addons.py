@@ -106,6 +106,7 @@ class AddOns:
         )
 
     def _parameters(self, record: AddOnRecord) -> Iterator[Parameter]:
+        """Yield an add-on's parameters, its local tags, and the tags generated for its diagrams."""
         for parameter in _own_parameters(record):
             yield self._parameter(parameter, _mode_of(parameter))
         for parameter in record.locals:
@@ -114,6 +115,7 @@ class AddOns:
             yield Parameter(tag.name, tag.type, ParameterMode.LOCAL)
 
     def _parameter(self, record: TagRecord, mode: ParameterMode) -> Parameter:
+        """Return a parameter or local tag; raise a LadderError for a wrong name or dimensions."""
         if not NAME.fullmatch(record.name):
             raise LadderError(f"{record.name!r} is not a name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
@@ -126,11 +128,12 @@ class AddOns:
         initial = None
         if mode is not ParameterMode.INOUT:
             loss = "its default is not used"
-            initial = read_initial(record, kind, self._types, self._report, record.name, loss)
+            initial = read_initial(record, kind, self._types, self._report, record.name, consequence=loss)
         return Parameter(record.name, kind, mode, record.dims, record.required, record.comment, initial)
 
     def _alias(self, record: TagRecord, mode: ParameterMode) -> Parameter:
-        parse_address(record.target)
+        """Return a parameter that is an alias of a part of another one, a BOOL unless it has a type."""
+        parse_address(record.target)  # raises a LadderError for a text that is no address
         kind = self._types.find(record.type or "BOOL")
         return Parameter(
             record.name, kind, mode, record.dims, record.required, record.comment, at=record.target

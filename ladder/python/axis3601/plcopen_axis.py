@@ -259,6 +259,7 @@ class Axis3601(Device):
         """
 
         def manual() -> Image:
+            """Return the output words of the move; raise a ValueError for a value out of range."""
             if speed == 0:
                 raise ValueError("speed is 0; must not be 0 (negative is counterclockwise)")
             if register == 0:
@@ -365,6 +366,7 @@ class Axis3601(Device):
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
+        """Attach to the slot's module; raise a ValueError if it or the configuration does not fit."""
         if self.slot not in slots:
             listed = ", ".join(map(str, slots)) or "none"
             self._refuse(f"slot {self.slot} is empty; modules sit in {listed}")

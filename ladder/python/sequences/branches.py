@@ -84,6 +84,7 @@ class BranchWait(Wait[T], Generic[T]):
 
 
 def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], function_name: str) -> Wait[Any]:
+    """Return a wait unchanged, and a coroutine as a branch; raise a TypeError for other objects."""
     if isinstance(work, Wait):
         return work
     if isinstance(work, Coroutine):
@@ -119,6 +120,7 @@ class Several(Wait[T], Generic[T]):
 
     @override
     def poll(self, now_ns: int) -> bool:
+        """Return whether the result is decided and the losers have ended, perhaps over several scans."""
         if self._decided:
             return self.continue_giving_up(now_ns)
         try:

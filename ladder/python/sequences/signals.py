@@ -75,6 +75,7 @@ class Input(Signal, Level):
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
+        """Find the bit; a stepper's bit that is named by its meaning is guarded, see `_reader`."""
         self.at = address = self.find(slots)
         assert address.bit is not None, "find_bit refuses words"
         module = words_of(slots)[address.slot]
@@ -191,6 +192,7 @@ class Output(Signal):
         return words[word] & mask != 0
 
     def __set__(self, logic: Any, on: bool | Level) -> None:
+        """Switch the bit by True, False, a number, or an object with a level, such as an input."""
         try:
             words, word, mask = logic._places[self.name]
         except KeyError:
