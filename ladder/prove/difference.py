@@ -372,8 +372,10 @@ class _Comparison:
             system.initial[shared_name] = new.initial[name]
             if name in new.next:
                 system.next[shared_name] = self._in_new(new.next[name])
-            system.held |= {shared_name} if name in new.held else set()
-            system.late |= {shared_name} if name in new.late else set()
+            if name in new.held:
+                system.held.add(shared_name)
+            if name in new.late:
+                system.late.add(shared_name)
         return system
 
     def _changed(self, system: System, key: Key, *, now: bool, surely: bool) -> ChangedValue | None:

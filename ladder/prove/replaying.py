@@ -184,6 +184,7 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
     """Run a scenario; return whether its last scan breaks the property, and what the program computed."""
     run, result = Run(problem), ReplayedRun()
     before: dict[str, Any] = {}
+    # states that are no places of the program, such as the values before the previous scan
     remembered = [name for name in problem.next if name not in problem.key_of]
     remember = Evaluator([problem.next[name] for name in remembered])
     for number, values in enumerate(scans):
@@ -251,7 +252,7 @@ def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> d
     havocs: dict[str, Any] = {}
     for key, root in zip(keys, roots, strict=True):
         term = root
-        while term.op == "ite":  # which value has the place now?
+        while term.op == "ite":  # go to the value that the place has in this scan
             term = term.args[1] if values[term.args[0].id] else term.args[2]
         if term.op == "var" and term.val in problem.unmodeled:
             havocs[term.val] = run.after(key)

@@ -48,6 +48,7 @@ class Engine:
         scanner: Callable[[Engine], Callable[[int], object]] | None = None,
         memory: Memory | None = None,
     ) -> None:
+        """Create an engine; `scanner` returns its compiled scan. Without one, the interpreter scans."""
         self.lowered = lowered
         self.memory = memory or self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
         self.memory.put_outputs(lowered.outputs)

@@ -107,7 +107,7 @@ class Tags:
         return flat
 
     def _dims(self, group: Group) -> tuple[int, ...]:
-        """Return the dimensions of a group, which all its leaves begin with."""
+        """Return the dimensions of a group's first leaf, which begin with those of the group."""
         prefix = group.path.upper()
         leaves = self._lowered.layout.leaves
         return next(

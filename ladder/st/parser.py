@@ -163,7 +163,7 @@ class _Reader:
             self._fail(name.start, f"an instruction; {name} is unknown")
         if expected := spec.expected_count(len(arguments)):
             self._fail(name.start, f"{expected} operands of {spec.name}", str(len(arguments)))
-        uses = [*spec.operands, *[Use.PARAMETERS] * len(arguments)]
+        uses = [*spec.operands, *[Use.PARAMETERS] * len(arguments)]  # also for arguments beyond the operands
         operands = [
             self._argument(use, argument, name) for use, argument in zip(uses, arguments, strict=False)
         ]

@@ -100,7 +100,7 @@ def _control_word(kind: Structure) -> Iterator[Part]:
 
 
 def _parts(kind: Structure, places: Places) -> Iterator[Part]:
-    """Yield the members of a structure; before its first BOOL member, the hidden byte that has the bit."""
+    """Yield the members of a structure; before the first BOOL in a byte, a hidden member for that byte."""
     hosts: set[int] = set()
     for member in kind.members:
         if member.at:

@@ -54,6 +54,7 @@ class Memory:
         presets: Presets = MappingProxyType({}),
         defaults: Mapping[str, Presets] = NOTHING,
     ) -> None:
+        """Set the defaults of types, then the initial values of tags, then the presets from rungs."""
         self.layout = layout
         self.left = 1  # unused here, see `Store`
         self.cells: dict[str, CellType] = {}  # by identifier

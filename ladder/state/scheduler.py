@@ -41,7 +41,7 @@ class Scheduler:
         self._flags = tuple(layout.leaf(name) for name in (*STATUS_FLAGS, OVERRIDE) if name != "S:MINOR")
         self._continuous, self._called = schedule.continuous, schedule.called
         self._preempting = tuple(task for task in self._called if task.task.preempt)
-        self._total = max(1, _rungs_of(lowered, schedule))
+        self._total = max(1, _rungs_of(lowered, schedule))  # rungs of the continuous task
         self._run: Run = lambda _name, _now_ns: None
         self._start_ns = self._end_ns = 0  # of the scan, which is assumed to be as long as the previous one
         self._rungs = 0  # rungs of the continuous task that this scan has done

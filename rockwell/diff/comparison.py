@@ -209,7 +209,7 @@ class _Comparer:
         self._compare_items(old.items, new.items, path)
 
     def _compare_fields(self, old: Item, new: Item, owner: str) -> None:
-        """Report changed fields; changed details only without them; and the order of members."""
+        """Report changed fields, or else changed details; and a data type's changed order of members."""
         old_fields, new_fields = _changed_fields(old.fields, new.fields)
         if not old_fields and not new_fields:
             old_fields, new_fields = _changed_fields(old.details, new.details)

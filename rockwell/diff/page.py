@@ -59,6 +59,8 @@ def _shown(text: str) -> str:
 
 
 class _Page:
+    """Writes the body of the page."""
+
     def __init__(self, comparison: Comparison) -> None:
         self._comparison = comparison
         self._pictures_left = MOST_PICTURES

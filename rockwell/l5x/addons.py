@@ -37,6 +37,7 @@ class AddOns:
     """The add-on instructions of a document, built on demand."""
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
+        """Find the add-ons by name, and let `types` find their types here."""
         self.records: dict[str, AddOnRecord] = {}  # by name in capitals; the first with each name
         self._duplicates: list[AddOnRecord] = []  # later records with a name in `records`; they are refused
         for record in records:

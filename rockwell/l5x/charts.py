@@ -66,6 +66,7 @@ class _Graph:
     """The elements of a chart by ID, with the predecessors and successors of each."""
 
     def __init__(self, content: ElementRecord, file: str) -> None:
+        """Read the elements, then their links; then link each leg with its branch, in its direction."""
         self._file = file
         self.elements: dict[int, ElementRecord] = {}
         self._branches: dict[int, int] = {}  # the branch of each leg

@@ -78,7 +78,8 @@ def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
         return
     for index, (kind, line) in enumerate(record.texts):
         description = TEXT_TYPES[kind].description if kind in TEXT_TYPES else "a text"
-        yield Edit(line, owner, record.name, None, kind, description, index == record.chosen)
+        runs = index == record.chosen
+        yield Edit(line, owner, record.name, rung=None, type=kind, says=description, runs=runs)
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
@@ -148,7 +149,8 @@ class RoutineReader:
             return Rung((), rung.comment, origin)
         runs = kind.tested if record.tests_edits else kind.runs
         if kind is not RUNG_TYPES[NORMAL]:
-            edit = Edit(rung.line, owner, record.name, rung.number, rung.kind, kind.description, runs)
+            place = (rung.line, owner, record.name, rung.number)
+            edit = Edit(*place, type=rung.kind, says=kind.description, runs=runs)
             self._report.edits.append(edit)
         if not runs:
             return Rung((), rung.comment, origin)

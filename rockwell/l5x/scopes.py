@@ -143,7 +143,7 @@ def read_initial(
         report.lose(name, f"{consequence}: {error}", record.line)
         return None
     if losses:
-        suffix = f", and {len(losses) - 1} more" * (len(losses) > 1)
+        suffix = f", and {len(losses) - 1} more" if len(losses) > 1 else ""
         report.lose(name, f"{losses[0]}{suffix}", record.line)
     return initial
 

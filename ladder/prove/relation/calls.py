@@ -54,7 +54,7 @@ class TermCalls(TermSteps):
             self.active = self._going_on(self.active)
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
-        """Run the statements or rungs of a routine; at a label, rows that jumped to it join in."""
+        """Run the statements or rungs of a routine; at a label, the paths that jumped to it join in."""
         if routine.body is not None:
             self._body(routine.body, inputs)
             return

@@ -150,6 +150,7 @@ def _moved(codes: Sequence[T], distance: T, size: int) -> list[T]:
     """Return characters shifted to the right."""
     shifted = [*codes, *[NONE] * (size - len(codes))]
     for k in range(bits_of(distance.lo, distance.hi) - 1):
+        # bit k of the distance moves the characters by 2**k
         moves, shifted_once = bit(distance, k), [NONE] * (1 << k) + shifted
         shifted = [
             ite(moves, other_code, code) for code, other_code in zip(shifted, shifted_once, strict=False)

@@ -103,6 +103,7 @@ class ProgramSystem(System):
         beside: ProgramSystem | None = None,
         kept: Set[str] = frozenset(),
     ) -> None:
+        """Build the relation of a scan, and build it again if a major fault can end a scan."""
         super().__init__()
         if beside is None:
             terms.forget()

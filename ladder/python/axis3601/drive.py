@@ -315,13 +315,13 @@ class Drive:
         self._last_step = self.step
 
     def _has_begun(self, moving: bool) -> bool:
-        """Return whether the module runs the command: it shows that, or it had time for a short move."""
+        """Return whether a command has begun: a round trip or motion; CONFIGURE also by its mode."""
         if self.kind is CONFIGURE:
             return self._settled and self.msw < 0
         return moving or self._settled
 
     def _begin(self) -> None:
-        """Note that the command is under way; a configuration is answered with zeros."""
+        """Note that the command is under way; send zeros if it is an accepted configuration."""
         self.step = _UNDER_WAY
         if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
             self._write(ZEROS)  # accepted: zeros change to command mode

@@ -36,6 +36,7 @@ class CaptureWait(LinkedWait[int]):
 
     @override
     def poll(self, now_ns: int) -> bool:
+        """Return whether the input rose, or a value was captured, since the previous scan."""
         if self._state() is State.DISABLED:
             text = f"{self!r}: {reasons(ErrorId.WRONG_STATE, 'state DISABLED')}"
             raise AxisError(text, ErrorId.WRONG_STATE)

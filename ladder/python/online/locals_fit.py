@@ -88,7 +88,7 @@ class _Reads:
 
 
 def _leaves(block: list[ast.stmt]) -> bool:
-    """Return whether a block ends with a statement after which nothing in it runs."""
+    """Return whether a block ends by leaving the statements around it, as by `return`."""
     return bool(block) and isinstance(block[-1], ast.Return | ast.Raise | ast.Continue | ast.Break)
 
 

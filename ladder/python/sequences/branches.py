@@ -206,6 +206,7 @@ class First(Several[Any]):
 
     @override
     def decide(self, now_ns: int) -> bool:
+        """Return whether a wait has ended, the first one in the order of the arguments."""
         for place, wait in enumerate(self.waits):
             if self.poll_one(wait, now_ns):
                 self._winner = place
@@ -238,6 +239,7 @@ class Within(Several[T], Generic[T]):
 
     @override
     def decide(self, now_ns: int) -> bool:
+        """Return whether the wait has ended; raise a WaitTimeout once the time is over."""
         if self.poll_one(self.waits[0], now_ns):
             return True
         if now_ns >= self._over_ns:

@@ -82,6 +82,7 @@ class _Lowering:
     """Writes a diagram as structured text, one element after another in order of execution."""
 
     def __init__(self, content: ElementRecord, routine: str, names: DocumentNames) -> None:
+        """Read a diagram and find what it writes; each function's value gets a tag."""
         self._content, self._names = content, names
         self._diagram = Diagram(content)
         self._values = Values(self._diagram, routine, names)

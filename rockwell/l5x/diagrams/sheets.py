@@ -128,6 +128,7 @@ class Diagram:
     """The elements of a routine, with their inputs."""
 
     def __init__(self, content: ElementRecord) -> None:
+        """Read the sheets; find the source of each wired input, and the references that read it."""
         self.nodes: dict[Key, Node] = {}
         self.sheets: dict[int, ElementRecord] = {}
         self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
