@@ -284,6 +284,7 @@ class _Comparison:
         return old, self._in_new(new)
 
     def _differ(self, key: Key) -> T:
+        """Return the condition that a value differs after a scan; TRUE if its kind differs."""
         old, new = self._pair(key)
         return TRUE if old.kind != new.kind else not_(same(old, new))
 

@@ -198,6 +198,7 @@ class _Proof:
         return f"{fuse_text()}, in scan {scan}" if assumptions == UNKNOWN else ""
 
     def _count(self, base: Solver, steps: _Steps) -> None:
+        """Update the work and the solver's steps in the result."""
         self.result.work = base.work + steps.work
         self.result.steps = base.steps + steps.steps
 
@@ -297,6 +298,7 @@ class _Proof:
             self._unknown(f"the processor writes {', '.join(names)} itself")
 
     def _refuted(self, scans: list[dict[str, Any]]) -> None:
+        """Note the run that breaks the property in its last scan, as a scenario."""
         self.result.kind, self.result.k = VerdictKind.REFUTED, len(scans)
         self.result.scans = scenario(self.system, scans)
 

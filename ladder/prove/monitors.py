@@ -344,6 +344,7 @@ class _Maker:
     # --- lowering
 
     def _new_bit(self) -> str:
+        """Declare a bit for a monitor; return its name."""
         self._bits += 1
         name = f"Prove__{self._bits}"
         self._lowering.lowered.layout.declare(Tag(name, BOOL))

@@ -80,6 +80,7 @@ class Tags:
         return tag
 
     def _get(self, place: Place) -> bool | int | float:
+        """Return the value at a place; a bit of a word and a BOOL as a bool."""
         value = self._memory.read(place.leaf, self._flat(place.indices, place) if place.indices else 0)
         if place.bit is None:
             return bool(value) if place.type.is_bool else value

@@ -98,7 +98,10 @@ class _Comment:
 
 
 class _Reader:
-    """Reads one text and converts its nodes to statements."""
+    """Reads one text and converts its nodes to statements.
+
+    The method for each kind of node gets the children that the method of `Syntax` for this kind returns.
+    """
 
     def __init__(
         self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec], *, regions: bool

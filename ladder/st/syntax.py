@@ -152,6 +152,7 @@ class Syntax:
         return self._step()
 
     def _fail(self) -> NoReturn:
+        """Raise a MisplacedError at the current mark, which names the terminals that were tried."""
         mark = self._marks[self._index]
         if not mark.type:
             raise MisplacedError(mark.start, "structured text", str(mark))
@@ -247,6 +248,7 @@ class Syntax:
         return LabeledBody(ranges, colon, Body(nodes, end))
 
     def _range(self) -> tuple[Number, Number]:
+        """Read a range of numbers, or one number as both ends."""
         low = self._label()
         return low, self._label() if self._skip("DOTS") else low
 
@@ -384,6 +386,7 @@ def _negative(positive: Number) -> Number:
 
 
 def _characters(mark: Mark) -> Characters:
+    """Return the characters of a string literal; raise a MisplacedError for a wrong escape."""
     try:
         return Characters(unquoted(mark[1:-1]))
     except ValueError as error:

@@ -49,6 +49,7 @@ def listing_of(layout: Layout) -> Listing:
 
 
 def _listed(layout: Layout) -> Iterator[ListedTag]:
+    """Yield each tag, with its name in its program."""
     for tag in layout.tags().values():
         program = program_of(tag.name)
         name = tag.name[len(program) + 2 :] if program else tag.name

@@ -151,6 +151,7 @@ class Memory:
         return has_value
 
     def _blank(self, leaf: Leaf) -> Any:
+        """Return what holds a leaf at first: an image's words, a list of zeros, or one zero."""
         if leaf.is_image:
             self._own_images[leaf] = Image(size=leaf.size)
             return self._own_images[leaf].words
@@ -220,6 +221,7 @@ class Memory:
         return isinstance(words, memoryview) and words.readonly
 
     def _list_and_spot(self, leaf: Leaf) -> tuple[Any, Spot]:
+        """Return the list or bytes with a leaf's values, and the leaf's place in it."""
         spot = self.layout.spot(leaf)
         assert spot is not None, leaf.path
         return self._lists[spot.ident], spot

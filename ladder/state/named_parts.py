@@ -84,6 +84,7 @@ def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, problem_
 
 
 def _number_of(operand: Operand, problem_place: str) -> int:
+    """Return the integer in a subscript; raise a ValueError for another operand."""
     if not isinstance(operand, Number) or not isinstance(operand.value, int):
         raise ValueError(f"{problem_place}: {operand} is not an integer")
     return operand.value

@@ -108,6 +108,7 @@ class TagImage:
         return number.to_bytes(size, "little")
 
     def _elements(self, offset: int, size: int) -> bytes:
+        """Return bytes of the elements that the range touches, cut to the range."""
         stride = self._stride
         first, last = offset // stride, -(-(offset + size) // stride)
         skip = offset - first * stride
@@ -116,6 +117,7 @@ class TagImage:
     # --- writing
 
     def _put_bits(self, begin: int, raw: bytearray, kept_bits: bytearray) -> None:
+        """Set elements of an array of BOOL from bit `begin` on, except those set in `kept_bits`."""
         leaf = self._leaf
         for bit in range(min(8 * len(raw), leaf.size - begin)):
             if not kept_bits[bit >> 3] >> (bit & 7) & 1:

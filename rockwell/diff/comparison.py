@@ -294,6 +294,7 @@ class _Comparer:
                 yield from self._compare_steps(entry, {**new_tags.get("", {}), **new_tags.get(program, {})})
 
     def _compare_steps(self, routine: _Routine, new_tags: dict[str, Item]) -> Iterator[Difference]:
+        """Yield the differences of two routines' steps, with the new names of tags in the old steps."""
         old_steps = [with_new_names(step, new_tags) for step in routine.old.steps]
         for pair in without_renamed_ends(paired(old_steps, routine.new.steps)):
             yield from self._compare_pair(routine.path, pair)

@@ -133,6 +133,7 @@ class _L5xOutline:
         return int(element.sourceline or 0) + self._lines_before
 
     def _common_part(self, cut: Any) -> CommonPart:
+        """Return the common part that a placeholder stands for; the document has its content by number."""
         content = self._document.cuts[int(cut.get("N"))]
         first_tag = content[1:60].split(None, 1)[0].decode().rstrip("/>")
         return CommonPart(KINDS[first_tag], content, self._line(cut), self._items_in)

@@ -114,6 +114,7 @@ class _Page:
         return rows + _sides(self._steps(old_steps), self._steps(new_steps))
 
     def _steps(self, steps: Sequence[Step]) -> str:
+        """Return the first steps of an added or removed item, and the number of the others."""
         shown = "".join(map(self._rung, steps[:MOST_ROWS]))
         hidden = len(steps) - MOST_ROWS
         return shown + (f"<p>… {hidden:,} more</p>" if hidden > 0 else "")
@@ -130,6 +131,7 @@ class _Page:
         )
 
     def _rung(self, step: Step) -> str:
+        """Return a step as text, and a rung also as a picture until their limit."""
         drawn = picture(step) if step.noun == RUNG and self._pictures_left > 0 else ""
         if step.noun == RUNG:
             self._pictures_left -= 1
@@ -172,6 +174,7 @@ def _first_lines(text: str) -> str:
 
 
 def _row(old: str | None, new: str | None) -> str:
+    """Return two lines side by side, with marks where they differ; None for a missing line."""
     cells = (_shown(old or ""), _shown(new or "")) if old is None or new is None else _marked(old, new)
     return _sides(*(f"<pre>{cell}</pre>" if cell else "" for cell in cells))
 

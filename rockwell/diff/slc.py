@@ -29,6 +29,7 @@ def outline_of_slc(data: bytes, file: str) -> Item:
 
 
 def _ladder(ladder: LadderRecord) -> Item:
+    """Return a ladder file as a routine with its rungs."""
     item = Item("routine", routine_name(ladder.number), ladder.line)
     item.fields.append(("name", ladder.name))
     item.steps += (_step(number, rung) for number, rung in enumerate(ladder.rungs))

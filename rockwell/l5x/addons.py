@@ -239,6 +239,7 @@ def _mode_of(parameter: TagRecord) -> ParameterMode:
 
 
 def _spec_of(record: AddOnRecord) -> Spec:
+    """Return the spec for calls of an add-on: the instance, then its arguments."""
     arguments = (Use.ARGUMENT for _ in arguments_of(record))
     return replace(ADD_ON_CALL, name=record.name, operands=(Use.INSTANCE, *arguments))
 

@@ -196,6 +196,7 @@ class Builder:
 
 
 def _with_routine(definition: AddOn, new: Routine) -> AddOn:
+    """Return an add-on with a new version of one routine."""
     routines = [
         new if routine.name.upper() == new.name.upper() else routine for routine in definition.routines
     ]

@@ -130,6 +130,7 @@ def _have_same_fields(a: ArrayRegion, b: ArrayRegion) -> bool:
 
 
 def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
+    """Return the type, the offset and the bit of each field in an element."""
     fields = (part.field for part in region.parts)
     return [(field.type, field.offset, field.bit) for field in fields]
 

@@ -274,6 +274,7 @@ class TermValues(TermCopies):
         return self.symbol(unpack(data, 0, Field("", ULINT, 0), self))
 
     def _nearest(self, value: Any) -> Any:
+        """Return a whole number unchanged; refuse a float, whose text has no term."""
         if self.is_float(value):
             raise UnmodeledError("the text of a floating-point number")
         return value

@@ -57,6 +57,7 @@ def fuse_text() -> str:
 
 @cache
 def _kinds() -> dict[str, Any]:
+    """Return Bitwuzla's kinds of terms by SMT-LIB name."""
     kind = bitwuzla_module().Kind
     return {name: getattr(kind, member) for name, member in _MEMBERS.items()}
 

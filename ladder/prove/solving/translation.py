@@ -197,6 +197,7 @@ def _wrap(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _b2i(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Return 1 or 0, with a sign bit."""
     return sink.apply("ite", [operands[0], sink.value(2, 1), sink.value(2, 0)])
 
 
@@ -240,6 +241,7 @@ def _f2i(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _ffin(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Return whether a float is neither infinite nor NaN."""
     unusual = [sink.apply(name, operands) for name in ("fp.isInfinite", "fp.isNaN")]
     return sink.apply("not", [sink.apply("or", unusual)])
 

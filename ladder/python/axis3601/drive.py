@@ -359,6 +359,7 @@ class Drive:
         return "; ".join(sentences)
 
     def _status_names(self) -> list[str]:
+        """Return the names of the status bits that are on, as the module's family names them."""
         if self._translation is None:
             return status_names(self.msw, self.lsw)
         return self._translation.status_names(self._slot_words)

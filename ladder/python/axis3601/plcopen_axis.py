@@ -321,6 +321,7 @@ class Axis3601(Device):
         command = BlendProgramming(self.name, f"program_blend({len(path)} segments)")
 
         def blocks() -> Image:
+            """Store all blocks in the command; return the first one. Raise a ValueError out of range."""
             types, limits = tuple(shapes) or (CONSTANT,) * len(path), self._limits
             header = BlendHeader(types, final_deceleration, final_shape, limits=limits)
             command.fill(header, path)
@@ -427,6 +428,7 @@ class Axis3601(Device):
         return self._drive.idle()
 
     def _new_drive(self, slot_ms: int = 0) -> Drive:
+        """Return a drive that waits the longer one of the axis's and the slot's round trip."""
         trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
         owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)

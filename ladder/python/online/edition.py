@@ -111,6 +111,7 @@ class Edition:
 
     @cached_property
     def _sources(self) -> dict[str, str]:
+        """The text of each file, as the classes were loaded."""
         sources: dict[str, str] = {}
         for kind in reversed(self.kind.__mro__):
             sources.update(vars(kind).get("_logic_sources", {}))
@@ -121,11 +122,13 @@ class Edition:
             yield from ast.walk(self._tree(file))
 
     def _tree(self, file: str) -> ast.Module:
+        """Return the syntax of a file, parsed once."""
         if file not in self._trees:
             self._trees[file] = ast.parse(self._sources.get(file, ""))
         return self._trees[file]
 
     def _methods(self) -> Iterator[FunctionType]:
+        """Yield the functions of the class and its bases, up to `Logic`."""
         for kind in self.kind.__mro__:
             if kind is Logic:
                 return

@@ -34,6 +34,7 @@ class _Reads:
         self._names_read: set[str] = set()
 
     def names_in(self, body: list[ast.stmt]) -> set[str]:
+        """Return the names that statements may read before they assign them."""
         self._block(body, frozenset())
         return self._names_read
 

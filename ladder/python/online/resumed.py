@@ -121,6 +121,7 @@ class _Writer:
     # --- statements around the await
 
     def _if(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Return the rest of the branch with the point; the whole `if` for a point in its condition."""
         if step.field == "test":
             return [_with(node, test=self._first(node.test))]
         return self.block(getattr(node, step.field), depth + 1)
@@ -177,12 +178,14 @@ class _Writer:
         return [_at(ast.Try(body, [], [], node.finalbody), node)]
 
     def _with_block(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Write a `with` whose objects are already open."""
         if step.field != "body":
             raise CannotBeginError(_PARTLY_COMPUTED)
         items = [ast.withitem(self._block(BlockKind.EXIT, node), None) for _ in node.items]
         return [_with(node, items=items, body=self.block(node.body, depth + 1))]
 
     def _match(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Return the rest of the case with the point; the whole `match` for a point in its subject."""
         if step.field == "subject":
             return [_with(node, subject=self._first(node.subject))]
         inner: Any = step.inner
@@ -329,6 +332,7 @@ class _Private(ast.NodeTransformer):
         return node
 
     def _mangled(self, name: str) -> str:
+        """Return a private name as Python stores it in the class."""
         private = name.startswith("__") and not name.endswith("__") and self._owner
         return f"_{self._owner}{name}" if private else name
 

@@ -200,6 +200,7 @@ def _body_of(function: FunctionType) -> ast.AST | None:
 
 
 def _file(name: str) -> _File:
+    """Return the functions and read attributes of a file, as it is now."""
     linecache.checkcache(name)
     return _parsed("".join(linecache.getlines(name)))
 

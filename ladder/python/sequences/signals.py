@@ -131,6 +131,8 @@ def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callab
 
 
 def _unattached(part: Part) -> Callable[[], bool]:
+    """Return a reader that raises a ValueError, for an input without a rack."""
+
     def refuse() -> bool:
         raise ValueError(f"{part.name or 'an input'} has no slot before the first scan")
 

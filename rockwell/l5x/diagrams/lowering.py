@@ -130,6 +130,7 @@ class _Lowering:
     # --- input references
 
     def _input_references(self) -> list[Node]:
+        """Return the input references in order of position."""
         references = (node for node in self._diagram.nodes.values() if node.tag == "IRef")
         return sorted(references, key=lambda node: node.position)
 

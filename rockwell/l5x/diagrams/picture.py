@@ -137,6 +137,7 @@ def _words(node: Node, name: str) -> list[str]:
 
 
 def _text(record: ElementRecord) -> DrawnElement:
+    """Return a text box as it is drawn, without wires."""
     x, y = (int(number_of(record.attributes.get(name, "")) or 0) for name in "XY")
     text = record.text.strip() or next((child.text.strip() for child in record.children), "")
     return DrawnElement("text", x, y, tuple(text.splitlines()))
