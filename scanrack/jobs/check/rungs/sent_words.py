@@ -49,7 +49,7 @@ class SentWords:
                 yield SentCommand(write.place, write.slot)
 
     def commands(self) -> Iterator[Command]:
-        """Yield the commands that are sent: in copied constants, command words, and words of speeds."""
+        """Yield the commands that are sent in copied constants, command words, and words of speeds."""
         for copy in self._copies:
             yield from _commands_of(copy)
         copied = {(copy.place, copy.slot) for copy in self._copies}
