@@ -67,6 +67,7 @@ class PageFiles:
         return self._cache[name] if exists else None
 
     def _make(self, name: str, kind: str) -> ServedFile:
+        """Return the file with a name: the index, the joined script, a facade, or another file."""
         if name == "index.html":
             return self._index(kind)
         if name == PAGE:

@@ -50,6 +50,7 @@ def _equal_count(a: Sequence[Row], b: Sequence[Row]) -> int:
 
 
 def _verdict(comparison: Comparison, names: Names) -> str:
+    """Return whether two traces are the same, and in which scan they first differ, as a sentence."""
     if comparison.first is None:
         has_more = (
             comparison.only_a or comparison.only_b or comparison.slots_only_a or comparison.slots_only_b
@@ -96,6 +97,7 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
 
 
 def _words_text(detail: Detail) -> str:
+    """Return where a detail's words are, and the values of two words; "" for the CPU and for tags."""
     if detail.slot is None:
         return ""
     if len(detail.words_a) == 1:
@@ -105,6 +107,7 @@ def _words_text(detail: Detail) -> str:
 
 
 def _rules(first: First, names: Names) -> Iterator[str]:
+    """Yield the rules that fired in the first scan that differs, starting with those of both traces."""
     common_rules = [rule for rule in first.rules_a if rule in first.rules_b]
     own_rules = [
         (name, rule)

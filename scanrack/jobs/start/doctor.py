@@ -123,6 +123,7 @@ def _installed(distribution: str) -> bool:
 
 
 def _ports() -> Iterator[Diagnosis]:
+    """Yield whether the user may open each serial port; without ports, one line that says so."""
     from serial.tools.list_ports import comports
 
     devices = sorted(port.device for port in comports())
@@ -136,6 +137,7 @@ def _ports() -> Iterator[Diagnosis]:
 
 
 def _real_time() -> Iterator[Diagnosis]:
+    """Yield which real-time permissions the system grants; they are requested and given back at once."""
     with real_time() as outcomes:
         permissions = list(outcomes)
     for permission in permissions:
@@ -145,6 +147,7 @@ def _real_time() -> Iterator[Diagnosis]:
 
 
 def _browser() -> Iterator[Diagnosis]:
+    """Yield which browser is found for the page of scanrack watch."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), "")
     if sys.platform in ("darwin", "win32"):  # their browsers are not on the path
         browser = browser or "the system's"

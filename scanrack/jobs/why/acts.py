@@ -43,7 +43,9 @@ MOST_TRIES = 60
 MOST_ACTS = 2
 
 _TERMINAL = re.compile(r"slot (\d+) input (?:\d+ \((\w+)\)|IN_(\w+))")
+"""A terminal in the text of a link: `slot 1 input 3 (START)`, or `slot 1 input IN_HOME` of a stepper."""
 _SLOT = re.compile(r"slot (\d+): ")
+"""The module in the text of an incident's link: `slot 1: the link to it is lost`."""
 
 
 class Rack(Protocol):
@@ -198,6 +200,7 @@ def _acts(bench: Rack, link: CauseLink) -> list[Act]:
 
 
 def _acts_on_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
+    """Yield the acts that could undo each cause in a chain, such as a force or an input."""
     for cause in link.walk():
         terminal = _TERMINAL.search(cause.text)
         slot = _SLOT.match(cause.text)
@@ -251,7 +254,10 @@ def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
 
 
 def _input_acts(bench: Rack, number: int, name: str) -> Iterator[Act]:
-    """Yield the acts on an input that the machine does not operate."""
+    """Yield acts on an input: open it if it is on, else press or close it.
+
+    None if the machine operates it.
+    """
     slot = next(slot_spec for slot_spec in bench.spec.slot if slot_spec.number == number)
     drive_terminal = ""
     if slot.has(Trait.MACHINE) and name in INPUT_NAMES:
@@ -275,7 +281,7 @@ def _input_act(text: str, terminal: str, *orders: actions.Action | int) -> Act:
     """Return an act that applies operator actions to a bench, with waits between them in ns."""
 
     def do(bench: Any) -> None:
-        operator_actions = OperatorActions(bench.cpu, bench.cpu.rack, None)
+        operator_actions = OperatorActions(bench.cpu, bench.cpu.rack, tags=None)
         for order in orders:
             if isinstance(order, int):
                 bench.run_for(f"{order} ns")

@@ -46,15 +46,15 @@ class Past:
         return tuple(chunk.words[row % CHUNK_SCANS, self._columns(slot, image)].tolist())
 
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
-        """Return the row in which bits of a word last changed, or None.
-
-        All words are 0 before the first scan, unless the recording begins in a running session.
-        """
+        """Return the row in which bits of a word last changed, or None; see `changes`."""
         rows = self.changes(slot, image, word, mask)
         return None if not rows else rows[-1]
 
     def changes(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> list[int]:
-        """Return the rows in which bits of a word changed, in order."""
+        """Return the rows in which bits of a word changed, in order.
+
+        All words are 0 before the first scan, unless the recording begins in a running session.
+        """
         column = self._column(slot, image, word)
         before = 0 if self.recording.numbers[0] == 0 else None
         rows: list[int] = []

@@ -130,6 +130,7 @@ class QuestionProcesses:
             self._end(pending, "the session has ended")
 
     def _finish(self, pending: _Pending) -> None:
+        """Send the answer of a process that has ended, or the last line of its errors."""
         with pending.files:
             output, errors = _read(pending.output), _read(pending.errors)
         self._pending.remove(pending)
@@ -140,6 +141,7 @@ class QuestionProcesses:
             self._send_answer(pending, {"refused": f"{pending.question.command} failed: {last_line}"})
 
     def _end(self, pending: _Pending, reason: str) -> None:
+        """End a process, and refuse its question for a reason."""
         pending.process.kill()
         pending.process.wait()
         pending.files.close()

@@ -126,8 +126,9 @@ class SessionMonitor(Monitor):
     def state(self, *, past: bool) -> Json:
         session = self.session
         paused = bool(session["paused"])
+        present = "paused" if paused else "live"
         fields: Json = {
-            "state": "past" if past else "paused" if paused else "live",
+            "state": "past" if past else present,
             "paused": paused,
             "speed": {"requested": session["speed"], "reached": 0 if paused else self._reached},
             "late": self._late,
@@ -146,6 +147,7 @@ class SessionMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
+        """Add a page; tell it about an error bit that is on, a mistake, a preview and edited rungs."""
         super().join(page)
         self._report_present_error(page)
         for kind, content in self._lasting.items():
@@ -181,9 +183,11 @@ class SessionMonitor(Monitor):
             show_panel(self)
 
     def _take_rows(self) -> Rows:
+        """Add the new rows of the ring and return them; count late scans and lost rows."""
         batch = self._ring.take(self._rows_at)
         self._rows_at = batch.end
-        self._missed += max(0, batch.lost) if self.latest is not None else 0
+        if self.latest is not None:  # rows from before this monitor are not missed
+            self._missed += max(0, batch.lost)
         self._late += count_flag(batch.rows, ScanFlag.OVERRUN)
         self.subject.recent.add(batch.rows)
         if len(batch.rows):
@@ -220,6 +224,7 @@ class SessionMonitor(Monitor):
             self.subject.keep(pickle.loads(record))
 
     def _take_messages(self) -> None:
+        """Handle the new messages of the scan process; new pages also get the lasting ones."""
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
             self._ring.head[REQUESTS] += 1  # request the state, which may have been in a lost message
@@ -355,6 +360,7 @@ class SessionMonitor(Monitor):
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         if isinstance(action, Online) or (isinstance(action, Press | Write) and action.by):
+            # name the page, in addition to the control that the page has named
             action = replace(action, by=", ".join(filter(None, (action.by, f"page {page.number}"))))
         self._unanswered[self._actions_sent + 1] = page, number
         self._send_action(action)

@@ -122,6 +122,7 @@ class TraceMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
+        """Add a page, which shows the requested scan or else the last one."""
         page.past = self._last if self._first is None and self._last >= 0 else self._first
         super().join(page)
         programs = self.subject.programs.all

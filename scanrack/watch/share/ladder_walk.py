@@ -76,9 +76,9 @@ class LadderWalk:
 
     Args:
         lists: the changes are added to these lists.
-        shown: the routines whose power is collected.
         number: number of the program.
         shown: the routines whose power is collected.
+        names: the tags whose values are collected; unknown names are left out.
     """
 
     def __init__(
@@ -118,6 +118,7 @@ class LadderWalk:
                 tag.values.append(value)
 
     def _note_power(self, scan: int, truths: Truths) -> None:
+        """Collect the power of each shown routine in which the power of a rung or line has changed."""
         for ladder in self._shown:
             routine = ladder.name.upper()
             powers = [truths.get((routine, number)) for number in (*ladder.rungs, *ladder.lines)]
