@@ -144,6 +144,7 @@ def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) 
 
 
 def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
+    """Yield the fields of a slot; without modes, each word is one, compared by bits if they have names."""
     if slot.words.modes is not None:
         for direction in ("in", "out"):
             yield from _moded_fields(slot, direction, formats)

@@ -174,6 +174,7 @@ class Findings:
 def _first(
     differences: Sequence[FieldDifference], side_a: Side, side_b: Side, slots: Sequence[SlotInfo]
 ) -> First:
+    """Return the earliest differing pair of rows, with all its differences and the changes before it."""
     row_a, row_b = min((int(difference.rows_a[0]), int(difference.rows_b[0])) for difference in differences)
     details = [difference.detail(side_a, side_b, row_a) for difference in differences]
     return First(

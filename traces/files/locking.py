@@ -100,6 +100,7 @@ def held(path: Path) -> Iterator[None]:
 
 
 def _could_remove(lock: Path) -> bool:
+    """Remove a lock file; return False if the system refuses."""
     try:
         lock.unlink()
     except OSError:

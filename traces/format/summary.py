@@ -77,8 +77,10 @@ class Summary:
             return
         self._registered.add((kind, record.id))
         self._groups[kind] += encoded(record)
-        self._counts.schema_count += kind == Opcode.SCHEMA
-        self._counts.channel_count += kind == Opcode.CHANNEL
+        if kind == Opcode.SCHEMA:
+            self._counts.schema_count += 1
+        else:
+            self._counts.channel_count += 1
 
     def metadata(self, offset: int, length: int, record: Metadata) -> None:
         """Add a metadata record that is `length` bytes long at `offset`."""
