@@ -149,6 +149,7 @@ def _are_words(names: Sequence[str]) -> bool:
 
 
 def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
+    """Return the named bits from the metadata, by group; raise ValueError for one outside of the images."""
     try:
         data = json_value(text)
         return {

@@ -84,7 +84,10 @@ def _matching(catalog: Catalog, recorded: Sequence[Signal], patterns: Sequence[s
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
-            tags = ", ".join([signal.title for signal in recorded[:6]] + ["..."] * (len(recorded) > 6))
+            titles = [signal.title for signal in recorded[:6]]
+            if len(recorded) > 6:
+                titles.append("...")
+            tags = ", ".join(titles)
             raise ValueError(f"{matches[0].name} is not a recorded tag; recorded tags: {tags or 'none'}")
         signals |= {signal.name: signal for signal in matches}
     if len(signals) > CHOSEN_MAX:

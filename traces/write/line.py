@@ -122,6 +122,7 @@ class LineRecorder:
 
 
 def _schema(unit: UnitColumns) -> Mapping[str, object]:
+    """Return the JSON schema of a device's messages, which have an integer for each value."""
     return {
         "title": f"scanrack.Unit{unit.address}",
         "description": f"What the unit at address {unit.address} holds.",
