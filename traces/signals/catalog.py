@@ -166,10 +166,8 @@ class Catalog(Mapping[str, Signal]):
         source = self._signals.get(word)
         if source is None or source.kind not in (SignalKind.WORD, SignalKind.NUMBER):
             return None
-        if source.kind is SignalKind.NUMBER:
-            width = source.bits
-        else:
-            width = 32 if source is FLAGS else 16
+        word_width = 32 if source is FLAGS else 16
+        width = source.bits if source.kind is SignalKind.NUMBER else word_width
         if not (number.isdecimal() and number.isascii() and int(number) < width):
             return None
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
