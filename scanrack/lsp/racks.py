@@ -117,6 +117,7 @@ def _resolved(node: Node) -> Iterator[Node]:
 
 
 def _values(node: Node) -> Iterator[str]:
+    """Yield the values that a node allows, as TOML; nothing if it does not list them."""
     for choice in node.get("enum", [node["const"]] if "const" in node else ()):
         yield f'"{choice}"' if isinstance(choice, str) else str(choice).lower()
     if node.get("type") == "boolean":

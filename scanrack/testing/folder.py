@@ -170,6 +170,7 @@ def _remove(path: Path) -> None:
 
 
 def _make_base(base: Path) -> None:
+    """Create the folder of all tests with its .gitignore, unless the folder exists."""
     with suppress(FileExistsError):
         base.parent.mkdir(parents=True, exist_ok=True)
         base.mkdir()

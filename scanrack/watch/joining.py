@@ -127,6 +127,7 @@ def _exports(modules: Mapping[str, _Module], numbers: Mapping[str, int], file: s
 
 
 def _final(modules: Mapping[str, _Module], numbers: Mapping[str, int], importer: str, source: _Source) -> str:
+    """Return the joined script's name for an imported name; raise ValueError if it is not exported."""
     final = _exports(modules, numbers, source.file).get(source.name)
     if final is None:
         raise ValueError(f"{importer} imports {source.name!r} of {source.file}, which does not export it")

@@ -77,6 +77,7 @@ class PageFiles:
         return ServedFile(body, kind)
 
     def _index(self, kind: str) -> ServedFile:
+        """Return the page with its style inline and with the joined script."""
         style = self._text("watch.css")
         text = self._text("index.html").replace(SCRIPT, SCRIPT.replace(MAIN, PAGE))
         text = text.replace(STYLE_LINK, f"<style>{style}</style>")

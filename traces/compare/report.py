@@ -66,6 +66,7 @@ def _verdict(comparison: Comparison, names: Names) -> str:
 
 
 def _within(comparison: Comparison, word: str) -> str:
+    """Return the tolerance as a phrase that begins with a word; "" if none is allowed."""
     if comparison.tolerance.exact:
         return ""
     counts = comparison.tolerance.counts
@@ -73,6 +74,7 @@ def _within(comparison: Comparison, word: str) -> str:
 
 
 def _scans(comparison: Comparison) -> str:
+    """Return the numbers of scans, and how many of them differ, as a phrase."""
     scans = f"{comparison.scans_a:,}"
     if comparison.scans_a != comparison.scans_b:
         scans += f" and {comparison.scans_b:,}"
@@ -128,6 +130,7 @@ def _changes(rows: Sequence[Row]) -> list[str]:
 
 
 def _extent(extent: Extent) -> tuple[str, ...]:
+    """Return the table row of a bit, value or word that differs."""
     most = ""
     if extent.most is not None:
         most = time_text(extent.most) if extent.name == "cpu.time_ns" else f"{extent.most:,}"

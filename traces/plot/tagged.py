@@ -207,6 +207,7 @@ def _number_text(check: SteadyCheck) -> str:
 
 
 def _lane(signal: Signal, changes: Changes) -> Lane:
+    """Return the lane of a BOOL, or the band of a tag whose values have names or are texts."""
     if signal.kind is SignalKind.CODE:
         codes = changes.values.astype(np.int32)
         return Band(_title(signal), "band", changes.row, changes.time_ns, codes, signal.names)

@@ -193,6 +193,7 @@ class _Builder(Transformer[Token, Any]):
         return derived(Type.CONDITION, part, lambda scans: scans.held(key, part.evaluate(scans), least_ns))
 
     def edge(self, name: Token, part: Expression) -> Expression:
+        """Return the scans in which a condition rose or fell, or in which any value changed."""
         if name != "changed":
             require_type(part, Type.CONDITION, f"{name}()")
         is_edge, key = _EDGES[name], object()
@@ -223,6 +224,7 @@ class _Builder(Transformer[Token, Any]):
         return joined(left.type, left, right, partial(numbers.calculated, _ARITHMETIC[sign]))
 
     def signed(self, sign: Token, part: Expression) -> Expression:
+        """Return a number or duration with its sign."""
         refuse_condition(part, str(sign))
         if sign == "+":
             return part

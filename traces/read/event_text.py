@@ -74,6 +74,7 @@ def _fault(_: int, fields: Mapping[str, object]) -> str:
 
 
 def _sequence(_: int, fields: Mapping[str, object]) -> str:
+    """Return where a sequence waits and for what, or that it is over."""
     name, line = fields.get("sequence"), fields.get("line")
     if not line:
         return f"{name} is over"

@@ -257,6 +257,7 @@ class Trace(Records):
 
     @override
     def follow(self) -> bool:
+        """Read the new records, see `Records.follow`; renew what depends on the trace's last sections."""
         size, grown = self.size, super().follow()
         self._leave_out_repeated()
         if self.size > size:
@@ -506,6 +507,7 @@ class Trace(Records):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _note_where_it_ends(self) -> None:
+        """Note the last scan of a trace without an end; `follow` replaces these notes."""
         if self._end_notes:
             location_notes = list(self._where_it_ends())
             self.notes += location_notes

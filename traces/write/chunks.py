@@ -168,6 +168,7 @@ class ChunkWriter:
         return offsets
 
     def _note_times(self, first_ns: int, last_ns: int) -> None:
+        """Extend the time range of the open chunk."""
         if first_ns < self._first_ns:
             self._first_ns = first_ns
         if last_ns > self._last_ns:

@@ -95,6 +95,7 @@ class Acts:
     tries: int
 
     def __str__(self) -> str:
+        """Return the result as a sentence."""
         goal = f"{self.tag} {_goal_text(self.requested)}"
         if self.acts is None:
             tries = "1 try" if self.tries == 1 else f"{self.tries} tries"
@@ -228,6 +229,8 @@ def _restore_act(number: int) -> Act:
 
 
 def _set_act(name: str, value: bool) -> Act:
+    """Return the act of a user who sets a tag."""
+
     def write(bench: Any) -> None:
         bench[name] = value
 

@@ -91,6 +91,7 @@ def _not_ok(past: SlotPast) -> str | None:
 
 
 def _configuring(past: SlotPast) -> str | None:
+    """Describe configuration mode: whether the program or the module has to leave it."""
     words = past.slot.words
     if words.modes is None or not words.configures("I", past.inputs):
         return None

@@ -128,6 +128,7 @@ def _broken_rules(past: SlotPast, words: Sequence[int]) -> str:
 
 
 def _firmware(past: SlotPast) -> Firmware:
+    """Return the firmware of a module; the latest one if it is not recorded."""
     try:
         return Firmware.parse(past.slot.firmware)
     except ValueError:  # an adapter, or a recording without the firmware

@@ -282,6 +282,7 @@ class Catalog:
         return name if stem.upper() in declared else None
 
     def _is_single(self, name: str) -> bool:
+        """Return whether a name is that of a single value, not of a structure or an array."""
         try:
             return isinstance(self._tags[name], (bool, int, float, str))
         except ValueError:

@@ -289,6 +289,7 @@ class _StateHistory:
 
 
 def _fault_of(event: Mapping[str, Any]) -> Fault:
+    """Return the fault that an event of /faults describes."""
     cause = next((candidate for candidate in Cause if candidate.value == event.get("cause")), Cause.PROGRAM)
     where, text = str(event.get("where", "")), str(event.get("text", ""))
     site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
@@ -311,6 +312,7 @@ def _row_of(event: Mapping[str, Any]) -> Json:
 
 
 def _event_text(event: Mapping[str, Any]) -> str:
+    """Return the fields of an event without a text, as text."""
     if event.get("topic") == FORCES:
         return _forces_text(event)
     skipped = ("scan", "t", "topic", "kind", "slot")

@@ -142,6 +142,7 @@ def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> On
 
 
 def _parsed(question: Question, more: Sequence[str] = ()) -> Online:
+    """Return the draft in a question; `more` are other keys that the question may have."""
     fields = {key: value for key, value in question.items() if key not in ("id", "do", *more)}
     draft = action_of({"do": "online", "step": "accept", **fields}, {"online": Online})
     assert isinstance(draft, Online)

@@ -111,8 +111,16 @@ class QuestionProcesses:
                 pickle.dump(question.arguments, input_file)
                 input_file.seek(0)
                 process = launch(HELPER, question.module, stdin=input_file, stdout=output, stderr=errors)
-            until_ns = wall_ns() + question.patience_s * 1_000_000_000
-            pending = _Pending(page, number, question, process, files.pop_all(), output, errors, until_ns)
+            pending = _Pending(
+                page,
+                number,
+                question,
+                process=process,
+                files=files.pop_all(),
+                output=output,
+                errors=errors,
+                until_ns=wall_ns() + question.patience_s * 1_000_000_000,
+            )
             self._pending.append(pending)
 
     def tick(self) -> None:

@@ -124,6 +124,7 @@ class SessionMonitor(Monitor):
 
     @override
     def state(self, *, past: bool) -> Json:
+        """Return the state of the session, whose speed is 0 while it is paused; see `Monitor.state`."""
         session = self.session
         paused = bool(session["paused"])
         present = "paused" if paused else "live"
@@ -353,6 +354,7 @@ class SessionMonitor(Monitor):
 
     @override
     def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        """Send an action to the scan process; its answer goes to the page later, see `_take_answer`."""
         if message.get("do") not in PAGE_ACTIONS:
             names = ", ".join((*PAGE_ACTIONS, *QUESTIONS))
             raise ValueError(f"no action {str(message.get('do'))[:60]!r}; choose from {names}")
@@ -366,6 +368,7 @@ class SessionMonitor(Monitor):
         self._send_action(action)
 
     def _send_action(self, action: Action) -> None:
+        """Send an action with the next number, and tell the scan process that one is waiting."""
         self._actions_sent += 1
         message = {"id": self._actions_sent, "order": message_of(action)}
         self._pipe.send_bytes(json.dumps(message, ensure_ascii=False, allow_nan=False).encode())

@@ -204,6 +204,7 @@ class TraceMonitor(Monitor):
 
     @override
     def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        """Begin a branch, the only action in a trace; the server of the trace then ends."""
         name = message.get("do")
         if name not in ACTIONS:
             raise ValueError(f"no action {str(name)[:60]!r}")
