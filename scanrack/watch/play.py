@@ -355,6 +355,7 @@ class Play:
             complain("the page shows the fault; branch there from an earlier scan, or end with Ctrl-C")
 
         def play() -> None:
+            """Repeat the actions of a branch's parents, then run the session to its end."""
             with frozen_collector(), run.cpu:
                 if start.orders is not None:
                     self._hold_clients(True)

@@ -252,6 +252,10 @@ def _value(slot: int, words: ModuleWords, quantity: Quantity, formats: NumberFor
 
 
 def _speed(slot: int, words: ModuleWords, position: Quantity, formats: NumberFormats, block: Block) -> Array:
+    """Return the measured speed in each scan of a block.
+
+    It depends on earlier and later positions, so the block's neighboring scans are read as well.
+    """
     image = block.wide_image(slot, "in")
     positions = _blanked(words, position, image, formats.values(slot, position, block.wide.scan, image))
     wide_speed = decode.speed(decode.travel(image, words, positions), block.wide.time_ns, block.margin)

@@ -250,6 +250,10 @@ def _acts_on_panels(bench: Rack) -> Iterator[Act]:
 
 
 def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
+    """Yield acts on the inputs of an axis.
+
+    All inputs of a drive count, but only those inputs of a 3601 that are on.
+    """
     energized = bench.slot[slot.number].energized
     for name in slot.record.machine_inputs(slot.options or {}):
         if name in energized or not is_stepper(slot.words):

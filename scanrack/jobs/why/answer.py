@@ -184,7 +184,7 @@ class Why:
             debugger = self.debugger
             if debugger is None:
                 return RackChain(self.recording, deep=deep)
-            return RackChain(self.recording, debugger.chains, deep, debugger.program)
+            return RackChain(self.recording, debugger.chains, deep=deep, program=debugger.program)
         from .chains.program import ProgramChain
         from .source.class_names import Names
         from .traced_run import fresh
@@ -222,7 +222,7 @@ class Why:
         """Return the link of a value that has not changed since the first scan, without a known cause."""
         plain = value if isinstance(value, (bool, int, float, str)) else None
         scan, now_ns = self.recording.numbers[0], self.recording.times[0]
-        return CauseLink("power-up", text, plain, scan, now_ns, "not changed since then")
+        return CauseLink("power-up", text, plain, scan, now_ns, text="not changed since then")
 
     def rack(self) -> str:
         """Return the waits of every module, and the lines that last changed its output words."""

@@ -288,7 +288,7 @@ class RackChain:
         self, recording: PackedTrace, job: LoadedRack, debugger: Debugger, tag: str
     ) -> CauseLink | None:
         """Explain a tag of another rack after the last scan of its recording."""
-        partner_chain = RackChain(recording, debugger.chains, self.deep, debugger.program)
+        partner_chain = RackChain(recording, debugger.chains, deep=self.deep, program=debugger.program)
         return partner_chain.of_tag(tag, len(recording.scans) - 1)
 
     def _readable_name(self, bits: Bits, name: str) -> str:

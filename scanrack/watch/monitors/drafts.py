@@ -127,9 +127,16 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
     rows = monitor.subject.timeline.between(first, last)
     inputs = [scan_inputs for scan, scan_inputs in program.store.inputs.items() if first <= scan <= last]
     package = ReplayPackage(
-        first, program.store.values(start), program.store.forces(first), inputs, rows,
-        monitor.subject.spec.layout, ran, draft.rungs, draft.tags,
-    )  # fmt: skip
+        first=first,
+        values=program.store.values(start),
+        forces=program.store.forces(first),
+        inputs=inputs,
+        rows=rows,
+        layout=monitor.subject.spec.layout,
+        ran=ran,
+        rungs=draft.rungs,
+        tags=draft.tags,
+    )
     monitor.processes.start(page, question.get("id"), effects(package))
 
 
