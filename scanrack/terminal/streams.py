@@ -109,7 +109,8 @@ def _guarded(stream: Any, *, reported: bool) -> Any:
     """
     fd = _descriptor(stream)
     is_terminal = fd is not None and os.isatty(fd)
-    if fd is None or (is_terminal and sys.platform == "win32"):
+    is_windows_console = is_terminal and sys.platform == "win32"
+    if fd is None or is_windows_console:
         return stream
     stream.flush()
     is_own = _has_our_encoding(stream)

@@ -236,7 +236,8 @@ def _variables(code: str, start: int) -> Iterator[str]:
         if word in ("[{" if before_value else "([{"):
             depth += 1
         elif word in ("]}" if before_value else ")]}"):
-            depth, before_value = depth - 1, before_value and not depth
+            depth -= 1
+            before_value = before_value and depth > 0  # a nested pattern may be followed by more variables
         elif before_value and _NAME.fullmatch(word):
             is_key = depth and code[start + token.end() :].lstrip().startswith(":")
             if not is_key:

@@ -178,6 +178,7 @@ class OpenedRecording:
             self._spec: RackSpec = self.job.spec
         except UntrustedError as error:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
+            # pages show images and events; `job_of` or `versions_of` has refused the Python in the trace
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
         self._load: Load | None = None
         job, editions = self.job, self._editions

@@ -118,6 +118,7 @@ class ScanRecorder:
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message_bytes))
         self._chunk_bytes = self._batch_scans * message_bytes
         if not isinstance(target, TraceFile):
+            # for the open chunk with its index, and for all that is written besides
             reserve = 2 * self._chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
             target = open_trace_file(Path(target), reserve, keeping)
         self._file = target

@@ -406,7 +406,8 @@ class RackChain:
         if not rules:
             return None
         scan, now_ns = self.recording.numbers[row], self.recording.times[row]
-        return CauseLink("module", f"slot {slot.number}", None, scan, now_ns, event_text(rules[0]))
+        name, text = f"slot {slot.number}", event_text(rules[0])
+        return CauseLink("module", name, None, scan=scan, now_ns=now_ns, text=text)
 
     def _meaning_of_change(self, bits: Bits, row: int) -> str:
         """Return the meaning of a bit's change, with the manual's rule; "" for a word."""

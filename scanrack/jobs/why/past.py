@@ -60,7 +60,8 @@ class Past:
         rows: list[int] = []
         for number, columns in enumerate(self._chunks()):
             start = number * CHUNK_SCANS
-            values = (columns[: self.row + 1 - start, column].astype(np.int32)) & mask
+            # int32, because a mask with bit 15 does not fit int16
+            values = columns[: self.row + 1 - start, column].astype(np.int32) & mask
             if before is None:
                 before = int(values[0])
             differs = np.flatnonzero(np.diff(values, prepend=before))

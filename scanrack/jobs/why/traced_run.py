@@ -214,7 +214,7 @@ class _Tracer:
         self._rows, self.read, self._program, self._look = rows, read, program, look
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
-        self._reads.counts = lambda: self._lines.in_program
+        self._reads.counts = lambda: self._lines.in_program  # not those that scanrack makes between lines
         self._values: dict[Line, dict[str, str]] = {}
         self._lines_begun = 0
         self._replay: InputReplay

@@ -155,7 +155,7 @@ class ProgramTrials:
             source = terminal or f"slot {bits.slot}, as the module reports it"
             input_name = name(bits)
             if bit_number is None:
-                candidate = number(bits, input_name, source, value, _INT16, constants)
+                candidate = number(bits, input_name, source, value, limits=_INT16, compared=constants)
             else:
                 candidate = bit(bits, input_name, source, bool(value & bits.mask))
             (terminals if terminal else reported).append(candidate)

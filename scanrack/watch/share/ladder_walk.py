@@ -180,7 +180,10 @@ def _reader(place: Place | Group, memory: Memory) -> Callable[[], Any] | None:
         return None
     if isinstance(place, Group):
         column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
-        return None if column is None or len(place.dims) != 1 else lambda: cell.cell_contents[column[1]]
+        if column is None or len(place.dims) != 1:
+            return None
+        _, span = column
+        return lambda: cell.cell_contents[span]
     array_index = elements[0]
     if place.type is BOOL:
         return lambda: bool(cell.cell_contents[array_index])
