@@ -53,8 +53,8 @@ class Load:
         return self.program.parent
 
 
-class Observed(NamedTuple):
-    """What is observed at each line of a traced scan."""
+class LineState(NamedTuple):
+    """The memory block and the watched value at a line of a traced scan."""
 
     block: bytes  # the memory block
     value: Any  # the watched value
@@ -65,8 +65,8 @@ class TracedChange:
     """A change of the memory block or of the watched value, made by a line."""
 
     line: Line  # number 0 if no line of the user's program made it
-    before: Observed
-    after: Observed
+    before: LineState
+    after: LineState
     stands: Stands  # the conditions around the line
     values: Mapping[str, str]  # values of the names in the conditions and the line when the line began
     masks: Mapping[tuple[int, int], int]  # the program's reads up to the change, see `Reads.masks`
@@ -75,8 +75,7 @@ class TracedChange:
     def affects(self, offset: int, mask: int = ALL_BITS) -> bool:
         """Return whether masked bits of the word at an offset of the memory block changed."""
         before, after = (
-            int.from_bytes(observed.block[offset : offset + 2], "little")
-            for observed in (self.before, self.after)
+            int.from_bytes(state.block[offset : offset + 2], "little") for state in (self.before, self.after)
         )
         return bool((before ^ after) & mask)
 
@@ -240,8 +239,8 @@ class _Tracer:
         finally:
             self._reads.on = False
 
-    def _watch(self) -> Observed:
-        return Observed(self._replay.block(), self.read())
+    def _watch(self) -> LineState:
+        return LineState(self._replay.block(), self.read())
 
     def _begins(self, line: Line, frame: FrameType) -> None:
         """Keep the values of the names of a line that begins, and pass the line to `look`."""
