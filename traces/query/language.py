@@ -189,7 +189,10 @@ class _Builder(Transformer[Token, Any]):
 
     def held(self, part: Expression, time: Token) -> Expression:
         require_type(part, Type.CONDITION)
-        least_ns, key = duration_ns(time), object()  # the key finds what earlier blocks left for this rule
+        least_ns, key = (
+            duration_ns(time),
+            object(),
+        )  # the key finds what earlier blocks left for this condition
         return derived(Type.CONDITION, part, lambda scans: scans.held(key, part.evaluate(scans), least_ns))
 
     def edge(self, name: Token, part: Expression) -> Expression:
