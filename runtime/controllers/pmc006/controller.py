@@ -197,7 +197,7 @@ class Pmc006Controller:
         return row.allows(data)
 
     def _step(self, steps: int) -> int:
-        """Begin a move; return the acknowledgement, or an error."""
+        """Begin a move; return the acknowledgment, or an error."""
         if not (self.axis.may_start and self.axis.speeds_fit):
             return STATE_ERROR
         if self.axis.against_limit:
