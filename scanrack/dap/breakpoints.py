@@ -139,11 +139,13 @@ class RungValues(EngineValues):
         last_power: dict[LineKey, bool | None] = dict.fromkeys(keys)
 
         def met(_scan: int) -> str | None:
+            """Return a text if the power of a rung has changed in the requested way since the last scan."""
             text = None
             for key in keys:
                 last, power = last_power[key], self._power(key)
                 last_power[key] = power
-                if last is not None and power != last and (power or power_condition == CHANGES):
+                has_changed = last is not None and power != last
+                if has_changed and (power or power_condition == CHANGES):
                     text = f"the rung becomes {'true' if power else 'false'}"
             return text
 
@@ -177,7 +179,7 @@ class LinePoints(NamedValues, Observer):
         condition, log = None, list[str | CodeType]()
         if self.in_frames:
             condition = _code(requested.condition) if requested.condition.strip() else None
-            parts = enumerate(_FIELD.split(requested.log))
+            parts = enumerate(_FIELD.split(requested.log))  # every second part was in braces
             log = [_code(part) if number % 2 else part for number, part in parts]
         number, text = requested.number, f"line {requested.line} runs"
 

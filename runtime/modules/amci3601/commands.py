@@ -61,6 +61,7 @@ def resume(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: str, target: int) -> None:
+    """Start a move to a position in steps, unless the axis can't make it; `name` is its name in events."""
     if host.unable(now_ns, Feature.MOVE, command, target - host.axis.position):
         return
     move = ProfileMove(host, now_ns, name, target, command.profile(host.state.start_sps))

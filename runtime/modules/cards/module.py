@@ -76,7 +76,7 @@ class GenericCard(Module):
         self._output_words = [(index, mask, WORD_BITS * index) for index, mask in enumerate(kind.outputs)]
         self._shown_words = range(len(kind.shown))
         self._echo_shift = WORD_BITS * kind.echo_at
-        for image, channel in self._channels:
+        for image, channel in self._channels:  # the word of a signal of 0 depends on the range
             if image == "I":
                 self._set_signal(channel, Fraction(0))
 
@@ -229,6 +229,7 @@ class GenericCard(Module):
         return operated is not (name in self.options.normally_closed)
 
     def _apply(self, change: Change) -> None:
+        """Apply a change of the timeline, and report it as an event."""
         name = change.input
         if change.value is not None:
             self.set_value(name, change.value)

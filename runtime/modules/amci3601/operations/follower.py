@@ -116,7 +116,7 @@ class EncoderFollower(Operation):
 
     @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """Add the counts of the scan, and make its steps."""
+        """Add the new counts, times word 2 and divided by word 3, to the owed steps; make due steps."""
         counts = self.axis.encoder
         new_counts = counts - self._last_count
         self._last_count = counts

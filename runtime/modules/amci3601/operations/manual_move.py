@@ -67,6 +67,7 @@ class ManualMove(Operation):
             self._change_speed(now_ns, command)
 
     def _change_speed(self, now_ns: int, command: CommandWords) -> None:
+        """Obey the speed and rates in the words; a motion that can't change to them stops."""
         if self.is_constant_speed:
             self.host.fire(now_ns, "CMD-13")
             self.stopping = True

@@ -80,6 +80,7 @@ class RegistrationMove(ManualMove):
             self._register(now_ns)
 
     def _register(self, now_ns: int) -> None:
+        """Plan the exact end of the move, once and only after the minimum distance."""
         if self.stopping or self.registered or self._below_minimum:
             return
         self.registered = True
