@@ -63,6 +63,7 @@ class Places:
         return self._paths[name]
 
     def _find_file(self, name: str) -> Path | None:
+        """Return the program's file: in the folders, at its own path or as shipped; None if all differ."""
         file_path = Path(name)
         shipped = Path(str(files("scanrack.ladder"))) / "blocks" / file_path.name  # of `USE axis3601`
         for file in (*(folder / file_path.name for folder in self._folders), file_path, shipped):
