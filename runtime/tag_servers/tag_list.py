@@ -127,6 +127,7 @@ def _variable_row(variable: Variable, database: Database, comment: str, addresse
 
 
 def _alias_row(symbol: Symbol, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
+    """Return the row of an alias, which has no OPC UA node, because browsers show a tag once."""
     tag = symbol.tag
     writable = database.may_write(target.tag, target.name, target.kind)
     comment = tag.comment or f"alias of {_text_of(symbol.target)}"

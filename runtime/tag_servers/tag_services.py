@@ -78,7 +78,7 @@ def _read_from(
 
 
 def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
-    """Write whole elements, or one bit; the reply has no data."""
+    """Write whole elements, or one bit; bytes after them are ignored. The reply has no data."""
     count, offset = _head(database, target, data)
     total_bytes = _total(target, count)
     # pycomm3 1.2.16 sends the message of a single write twice

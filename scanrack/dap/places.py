@@ -133,6 +133,7 @@ class RungPlaces(Places):
         routine_name, dot, number = text.rpartition(".")
         is_numbered = bool(dot) and number.isdigit()
         name = (routine_name if is_numbered else text).upper()
+        # `Main` also finds `\Feeder.Main`, unless there are several
         matches = [
             routine for routine in self._lowered.routines if name in (routine, routine.rpartition(".")[2])
         ]

@@ -181,6 +181,7 @@ class TextSubject(Subject):
 
     @override
     def prepare(self) -> bool:
+        """Cache a slice of the scans before those that are cached; return whether work remains."""
         if self._filling is None:
             low = self._scan_in_view
             while low - 1 in self._cache:

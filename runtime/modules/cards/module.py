@@ -107,6 +107,7 @@ class GenericCard(Module):
         self.lit = self._outputs(outputs) if self._plc_running else 0
         if not self.kind.analog:
             self._show(self._levels | self.lit << self._echo_shift if self.kind.echo else self._levels)
+        # an analog input is in the image as soon as it is set
         elif self.kind.channels_out and (driven := self._driving(outputs)) != self._driven_before:
             self._drive(driven)
         return self._image

@@ -361,7 +361,7 @@ class DriveLayer:
         else:
             HANDLERS[risen](self, now_ns, command)
 
-    def _refused(self, now_ns: int, *rules: tuple[str, bool]) -> bool:
+    def _refuse_if_broken(self, now_ns: int, *rules: tuple[str, bool]) -> bool:
         """Report the first broken rule; return whether a rule is broken.
 
         Args:
@@ -440,8 +440,8 @@ class DriveLayer:
             self.cut(now_ns, "POS-02")
 
     def _may_move(self, now_ns: int, *further_rules: tuple[str, bool]) -> bool:
-        """Return whether a move may begin; report the first broken rule (see `_refused`)."""
-        return not self._refused(
+        """Return whether a move may begin; report the first broken rule (see `_refuse_if_broken`)."""
+        return not self._refuse_if_broken(
             now_ns,
             ("CMD-04", self.busy),
             ("CMD-08", not self.enabled or self.faulty),
@@ -453,7 +453,7 @@ class DriveLayer:
         """Return whether an active limit forbids a direction, and report it [interpretation R-39]."""
         limits = self.state.active & LIMITS
         only_jogs_leave_limits = self.model.layout is Layout.ANF2
-        return self._refused(
+        return self._refuse_if_broken(
             now_ns,
             ("CMD-19", only_jogs_leave_limits and not jog and bool(limits)),
             ("INP-03", bool(limits & LIMIT_OF.get(heading, 0))),
@@ -532,7 +532,7 @@ class DriveLayer:
         self._adopt_current_and_jerk(command)
 
     def _adopt_current_and_jerk(self, command: DriveCommand) -> None:
-        """Adopt the motor current and jerk of a command, or the current of the configuration.
+        """Adopt the jerk of a command, and its motor current or else that of the configuration.
 
         A registration move keeps the current in force, because its minimum distance is in that word.
         """
@@ -582,7 +582,7 @@ class DriveLayer:
             return
         if self._limit_forbids(now_ns, heading, jog=True):
             return
-        if registers and self._refused(
+        if registers and self._refuse_if_broken(
             now_ns,
             ("CMD-15", self._too_short(command)),
             ("CMD-20", bool(self.state.active & STOP_JOG)),
@@ -614,7 +614,7 @@ class DriveLayer:
         return command.target * PICO < ramp
 
     def _preset_position(self, now_ns: int, command: DriveCommand) -> None:
-        """Set the position to the target, or with its modifier to the encoder's count, and acknowledge."""
+        """Set the position to the target, or by a modifier to the encoder's count; end a hold."""
         copies = bool(command.modifiers & Modifier.ENCODER_TO_POSITION)
         value = self.axis.encoder if copies else command.target
         refusals = (
@@ -622,7 +622,7 @@ class DriveLayer:
             ("CMD-12", copies and not self.axis.counting),
             ("CMD-03", value is None),
         )
-        if self._refused(now_ns, *refusals) or value is None:
+        if self._refuse_if_broken(now_ns, *refusals) or value is None:
             return
         self.axis.preset_position(value)
         self.held = None
@@ -633,7 +633,7 @@ class DriveLayer:
         """Set the encoder's count to the target, and acknowledge; Save to Flash also stores its offset."""
         value = command.target
         refusals = ("CMD-04", self.busy), ("CMD-12", not self.axis.counting), ("CMD-03", value is None)
-        if self._refused(now_ns, *refusals) or value is None:
+        if self._refuse_if_broken(now_ns, *refusals) or value is None:
             return
         self.axis.preset_encoder(value)
         self.status.bits |= StatusBit.ACKNOWLEDGE
@@ -644,7 +644,7 @@ class DriveLayer:
     # -- assembled moves ----------------------------------------------------------------------
 
     def _program_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        if not self._refused(now_ns, ("CMD-04", self.busy)):
+        if not self._refuse_if_broken(now_ns, ("CMD-04", self.busy)):
             self.session = AssembledSession()
 
     def _read_segment(self, now_ns: int, command: DriveCommand) -> None:
@@ -679,10 +679,11 @@ class DriveLayer:
         dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
         segments = list(self.segments)
         blend_heading = -1 if command.modifiers & Modifier.REVERSE_BLEND else 1
-        if not dwells and self._refused(now_ns, ("CMD-18", not self._segments_fit(segments))):
+        if not dwells and self._refuse_if_broken(now_ns, ("CMD-18", not self._segments_fit(segments))):
             return
 
         def start(now_ns: int) -> None:
+            """Start the motion with the jerk of its last segment, unless an active limit forbids it."""
             motion: BlendMove | DwellMove
             if dwells:
                 motion = DwellMove(self, now_ns, segments, pause_ns=1_000_000 * command.words[9])

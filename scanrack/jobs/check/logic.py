@@ -88,7 +88,7 @@ Term = tuple[Condition, ...]
 
 
 def all_of(*parts: Condition) -> Condition:
-    """Return the condition that all parts are true, as flat as possible and without constant parts.
+    """Return the condition that all parts are true, without parts that always are, and without nesting.
 
     Parts beyond `MOST_PARTS` become unknown.
     """

@@ -164,7 +164,7 @@ class HomingSlowedByProximity(Homing):
 
     @override
     def _continue_final(self, now_ns: int, home_risen: bool) -> None:
-        """Wait until the axis is at rest; it is at home only if it has stopped on the home switch."""
+        """Wait until the axis is at rest; give up if it has not stopped on the home switch."""
         if self.axis.moving:
             return
         self.found = self._at_switch

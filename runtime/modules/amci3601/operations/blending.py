@@ -51,7 +51,7 @@ class BlendBlock:
         session.acknowledged = True
         session.blocks += 1
         if session.blocks == 1:
-            session.is_good = not self.host.unable(self.now_ns, Feature.BLEND, self.command)
+            session.is_good = not self.host.refuse_if_unable(self.now_ns, Feature.BLEND, self.command)
             self._read_header()
         elif session.is_good and not session.complete:
             self._read_segment()
@@ -79,7 +79,7 @@ class BlendBlock:
         self._read_final_deceleration(words[5] & 0xFFFF)
 
     def _read_final_deceleration(self, word: int) -> None:
-        """Read the final ramp: its shape from bits 14 and 15 of a word, its rate from the other bits."""
+        """Read the shape (bits 14 and 15) and the rate of the final ramp; refuse what breaks a rule."""
         code, deceleration = word >> 14, word & 0x3FFF
         if deceleration == 0:
             self._refuse("PRF-07")
@@ -98,7 +98,7 @@ class BlendBlock:
             session.is_good = False
             self.host.fire_all(self.now_ns, faults)
             return
-        if self.host.unable(self.now_ns, Feature.BLEND_SEGMENT, command):
+        if self.host.refuse_if_unable(self.now_ns, Feature.BLEND_SEGMENT, command):
             session.is_good = False
             return
         speed, rate = command.parameters.speed, command.words[6]
