@@ -57,7 +57,7 @@ _Key = tuple[int, bytes]
 """Command of a frame, and the context or sequence number that a reply repeats."""
 
 
-class _OpenRequest(NamedTuple):
+class _OpenMessage(NamedTuple):
     """A request without a reply so far."""
 
     at_ns: int
@@ -92,14 +92,14 @@ class CipPairing(Pairing):
     def __init__(self) -> None:
         self.reads = self.unnamed = 0
         self._unparsed = {True: b"", False: b""}
-        self._open: OrderedDict[_Key, deque[_OpenRequest]] = OrderedDict()
+        self._open: OrderedDict[_Key, deque[_OpenMessage]] = OrderedDict()
         self._names: dict[int, str] = {}
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
         for key, message in self._messages(data, to_device=to_device, fresh=fresh):
             if to_device:
-                self._open.setdefault(key, deque(maxlen=OPEN_MAX)).append(_OpenRequest(at_ns, message))
+                self._open.setdefault(key, deque(maxlen=OPEN_MAX)).append(_OpenMessage(at_ns, message))
                 self._open.move_to_end(key)
                 if len(self._open) > OPEN_MAX:
                     self._open.popitem(last=False)
