@@ -236,7 +236,9 @@ class CommandLayer(Host):
             self.operation.on_many_bits(now_ns)
 
     @override
-    def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
+    def refuse_if_unable(
+        self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0
+    ) -> bool:
         state = self.state
         if state.configuration is None:
             return False
