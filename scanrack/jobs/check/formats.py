@@ -23,6 +23,7 @@ def as_json(report: CheckReport) -> dict[str, object]:
 
 
 def _finding(finding: Finding) -> dict[str, object]:
+    """Return a finding as JSON values, with its place in the rack or program."""
     row: dict[str, object] = {
         "rule": finding.rule,
         "level": finding.row.level,
@@ -68,6 +69,7 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
 
 
 def _location(finding: Finding) -> dict[str, object]:
+    """Return the location of a finding in SARIF: its file and line, and its rung if it has one."""
     location: dict[str, object] = {
         "physicalLocation": {
             "artifactLocation": {"uri": _uri(Path(finding.place.file))},
