@@ -103,9 +103,8 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
     for number, scales in enumerate(scenes):
         for scale in scales:
             explained.setdefault(scale.what, set()).add(number)
-    lesser = {
-        what for what, numbers in explained.items() if any(numbers < more for more in explained.values())
-    }
+    all_numbers = explained.values()
+    lesser = {what for what, numbers in explained.items() if any(numbers < more for more in all_numbers)}
     return [[scale for scale in scales if scale.what not in lesser] for scales in scenes]
 
 
