@@ -91,6 +91,7 @@ def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
 
 
 def _whole_ns(number: Decimal, unit: str, name: str) -> int:
+    """Return a number in a unit as ns; raise a ValueError if it is not a whole number or too long."""
     try:
         time_ns = _EXACT.multiply(number, UNITS_NS[unit])
         if time_ns > LONGEST_NS:

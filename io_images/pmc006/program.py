@@ -137,6 +137,7 @@ def assemble(text: str) -> UserProgram:
 
 
 def _instruction(words: list[str]) -> UserInstruction:
+    """Return the instruction that a line's words form; raise a ValueError if there is none."""
     name = SPELLINGS.get(words[0].upper(), words[0].upper())
     op = USER_OPS.get(name)
     if op is None:

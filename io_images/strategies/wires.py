@@ -41,6 +41,8 @@ def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
 
 
 def _reads() -> st.SearchStrategy[bytes]:
+    """Return a strategy of Modbus PDUs that read a range inside a table of the PCL601."""
+
     def ranges(function: int) -> st.SearchStrategy[bytes]:
         table_size = READ_FUNCTIONS[function]
         return st.integers(0, table_size - 1).flatmap(
@@ -64,6 +66,7 @@ def _writes() -> st.SearchStrategy[bytes]:
 
 
 def _write(row: Row, value: int) -> bytes:
+    """Return the Modbus PDU that writes a register: function 6 for one word, 16 for several."""
     words = [word_of(value, word) for word in range(row.words)]
     start = row.address.to_bytes(2, "big")
     if row.words == 1:
@@ -84,6 +87,7 @@ def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
     rows = [row for row in INSTRUCTIONS if row.kind is not Kind.ACTION]
 
     def frames(row: InstructionRow) -> st.SearchStrategy[bytes]:
+        """Return a strategy of frames of one instruction, with every allowed value if it takes one."""
         if row.values:
             data: st.SearchStrategy[int] = st.sampled_from(row.values)
         elif row.kind is Kind.READ or row.low is None or row.high is None:
