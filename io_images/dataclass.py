@@ -223,10 +223,12 @@ def _refusal(cls: type[Any], name: str, action: str) -> Method:
 
 
 def _getstate(self: Any) -> list[Any]:
+    """Return what pickle stores of an object with slots: its fields, in order."""
     return [getattr(self, field.name) for field in fields(self)]
 
 
 def _setstate(self: Any, state: Iterable[Any]) -> None:
+    """Set the fields from what `_getstate` returned, even of a frozen object."""
     for field, value in zip(fields(self), state, strict=False):
         object.__setattr__(self, field.name, value)
 

@@ -140,6 +140,7 @@ def milliseconds(time_ns: int) -> str:
 
 
 def _in_unit(time_ns: int, unit_ns: int) -> str:
+    """Return a time in a unit as an exact decimal number, without zeros at its end."""
     whole_units, fraction_ns = divmod(abs(time_ns), unit_ns)
     decimals = f".{fraction_ns:0{len(str(unit_ns)) - 1}d}".rstrip("0") if fraction_ns else ""
     return f"{'-' * (time_ns < 0)}{whole_units}{decimals}"

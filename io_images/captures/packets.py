@@ -118,6 +118,7 @@ class Capture:
             raise CaptureError(f"it is not a capture: it begins with {head.hex(' ') or 'nothing'}")
 
     def _counted(self, packet: Packet) -> Packet:
+        """Count a packet if it was truncated; return it."""
         self.cut_frames.add(packet)
         return packet
 

@@ -137,6 +137,7 @@ class Streams:
             yield self._chunk(key, direction, data)
 
     def _chunk(self, key: tuple[End, End], direction: _Direction, data: bytearray) -> Chunk:
+        """Return bytes as a chunk; the direction's next chunk is then without a gap before it."""
         after_gap, direction.after_gap, direction.gap_counted = direction.after_gap, False, False
         return Chunk(direction.passed_ns, *key, bytes(data), after_gap)
 

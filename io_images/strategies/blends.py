@@ -119,6 +119,7 @@ def _same_speed(blocks: Sequence[Image]) -> _Damage:
 
 
 def _too_slow(starting_speed: int) -> _Damage:
+    """Return the damage that gives the last segment a speed below the starting speed."""
     msw, lsw = split_thousands(starting_speed - 1)
     return _Damage(-1, {4: msw, 5: lsw})
 

@@ -44,6 +44,7 @@ def _reads() -> st.SearchStrategy[bytes]:
     """Return a strategy of Modbus PDUs that read a range inside a table of the PCL601."""
 
     def ranges(function: int) -> st.SearchStrategy[bytes]:
+        """Return a strategy of PDUs that read items with one of the functions."""
         table_size = READ_FUNCTIONS[function]
         return st.integers(0, table_size - 1).flatmap(
             lambda first: st.integers(1, table_size - first).map(
@@ -76,6 +77,7 @@ def _write(row: Row, value: int) -> bytes:
 
 
 def _coils() -> st.SearchStrategy[bytes]:
+    """Return a strategy of Modbus PDUs that switch one output."""
     levels = st.booleans().map(lambda on: b"\xff\x00" if on else b"\x00\x00")
     return st.builds(
         lambda coil, level: bytes((5, 0, coil)) + level, st.integers(0, OUTPUT_COUNT - 1), levels
