@@ -38,7 +38,7 @@ RELATIVE_FIRST = (MoveKind.RELATIVE, MoveKind.ABSOLUTE)
 def moves(starting_speed: int, *, encoder: bool = False) -> st.SearchStrategy[Move]:
     """Return a strategy of absolute and relative moves, in encoder counts if `encoder` is set."""
     return st.builds(
-        lambda kind, target, speed, ramps, shape: Move(kind, target, speed, *ramps, shape, encoder),
+        lambda kind, target, speed, pair, shape: Move(kind, target, speed, pair[0], pair[1], shape, encoder),
         st.sampled_from(RELATIVE_FIRST),
         targets(),
         speeds(starting_speed),
@@ -50,7 +50,7 @@ def moves(starting_speed: int, *, encoder: bool = False) -> st.SearchStrategy[Mo
 def resumes(starting_speed: int) -> st.SearchStrategy[Resume]:
     """Return a strategy of Resume commands."""
     return st.builds(
-        lambda speed, ramps, shape: Resume(speed, *ramps, shape),
+        lambda speed, pair, shape: Resume(speed, pair[0], pair[1], shape),
         speeds(starting_speed),
         rates(),
         shapes(),
@@ -60,7 +60,7 @@ def resumes(starting_speed: int) -> st.SearchStrategy[Resume]:
 def find_homes(starting_speed: int) -> st.SearchStrategy[FindHome]:
     """Return a strategy of Find Home commands."""
     return st.builds(
-        lambda direction, speed, ramps: FindHome(direction, speed, *ramps),
+        lambda direction, speed, pair: FindHome(direction, speed, pair[0], pair[1]),
         directions,
         speeds(starting_speed),
         rates(),
@@ -71,7 +71,7 @@ def manual_moves(starting_speed: int) -> st.SearchStrategy[Manual]:
     """Return a strategy of manual moves: with ramps, in constant speed mode, and one-shots."""
     slow_speeds = st.integers(0, starting_speed)
     return st.builds(
-        lambda direction, speed, ramps, shape: Manual(direction, speed, *ramps, shape=shape),
+        lambda direction, speed, pair, shape: Manual(direction, speed, pair[0], pair[1], shape=shape),
         directions,
         speeds(starting_speed) | slow_speeds,
         rates(),
@@ -83,7 +83,7 @@ def registration_moves(starting_speed: int) -> st.SearchStrategy[Manual]:
     """Return a strategy of registration moves (firmware 3.1); some are shorter than the distance to stop."""
     distances = st.sampled_from([3000, 300, 20_000, 1]) | st.integers(1, 1_000_000)
     return st.builds(
-        lambda direction, speed, ramps, steps, shape: Manual(direction, speed, *ramps, steps, shape),
+        lambda direction, speed, pair, steps, shape: Manual(direction, speed, pair[0], pair[1], steps, shape),
         directions,
         speeds(starting_speed),
         rates(),
