@@ -41,7 +41,7 @@ OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.BitAnd: operator.and_,
     ast.BitXor: operator.xor,
     ast.RShift: operator.rshift,
-    ast.LShift: lambda number, count: number * 2 ** min(count, 64),  # not too large
+    ast.LShift: lambda one, other: one * 2 ** min(other, 64),
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
     ast.Invert: operator.invert,
@@ -128,7 +128,7 @@ class Options:
     # --- names and tables
 
     def _name(self, name: str, names: Names, depth: int) -> Choices:
-        """Return the options of a local name, or the value of a constant of the module."""
+        """Return the options of a local name, or the value of a global name that nothing changes."""
         if name in names:
             choices = names[name]
             if choices is None:
@@ -152,7 +152,7 @@ class Options:
         return self.evaluate(node.body if results.pop() else node.orelse, names, depth)
 
     def _element(self, node: ast.Subscript, names: Names, depth: int) -> Choices:
-        """Return the options of an element of a table; for an unknown index, all its elements."""
+        """Return the elements of a table for each option of the index, or all if the index is unknown."""
         table = self.evaluate(node.value, names, depth)
         try:
             index = self.evaluate(node.slice, names, depth)
@@ -171,7 +171,7 @@ class Options:
         return Choices(tuple(value for _, value in pairs), ast.unparse(node), names)
 
     def _attribute(self, node: ast.Attribute, names: Names, depth: int) -> Choices:
-        """Return the options of an attribute: of a stored value, of a constant field, or of a class."""
+        """Return what the text assigns to an attribute, or its value in the program, a class or object."""
         text = ast.unparse(node)
         if text in self._stored:
             return self._assigned(text, depth)
@@ -202,7 +202,7 @@ class Options:
     # --- calls
 
     def _call(self, call: ast.Call, names: Names, depth: int) -> Choices:
-        """Return the results of a call, one for each option of its arguments."""
+        """Return the results of a call of a helper, a pure function or `to_image`, for each option."""
         if unpacks(call):
             raise UnknownError
         nodes = [*call.args, *(keyword.value for keyword in call.keywords)]
@@ -253,7 +253,7 @@ class Options:
     def _run_body(
         self, body: Sequence[ast.stmt], local: dict[str, ast.expr | Choices | None], depth: int
     ) -> None:
-        """Interpret the statements of a helper. A `return` raises _ReturnedError with the value."""
+        """Interpret statements; raise _ReturnedError at `return`, UnknownError at any other kind."""
         for node in body:
             match node:
                 case ast.Return(value=ast.expr() as value):
@@ -277,7 +277,7 @@ class Options:
 
     @staticmethod
     def _bind(target: ast.expr, value: Any, local: dict[str, ast.expr | Choices | None]) -> None:
-        """Set the local names of a target, which may be a tuple, to the parts of a value."""
+        """Give a name its value, or each name of a tuple its part."""
         targets = target.elts if isinstance(target, ast.Tuple) else [target]
         values = value if isinstance(target, ast.Tuple) else [value]
         for element, part in zip(targets, values, strict=True):
