@@ -98,6 +98,7 @@ class ChangeRows:
         self._tags = tags
         self._tag_row = b""
         layout = block_layout(slots)
+        # each slot with the places of its images
         self._slots = [(slot, layout.places[slot.number]) for slot in slots]
         reporting = (_reporting(slot, slot_place.inputs.start) for slot, slot_place in self._slots)
         self._reporting = [report for report in reporting if report is not None]

@@ -91,7 +91,7 @@ class LadderWalk:
     ) -> None:
         self._lists, self._number, self._engine, self._shown = lists, number, engine, shown
         self._names = [name for name in names if name in engine.tags]
-        self._notes: Sequence[object] = ()
+        self._notes: Sequence[object] = ()  # of the engine, when power was last collected
         self._latest_power: dict[str, list[tuple[bool, ...] | None]] = {}  # by routine
         self._forces: object = None
         self._tags: list[_Tag] = []
