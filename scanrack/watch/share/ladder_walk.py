@@ -179,7 +179,7 @@ def _reader(place: Place | Group, memory: Memory) -> Callable[[], Any] | None:
     if not _has_plain_elements(place):
         return None
     if isinstance(place, Group):
-        column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
+        column = column_in(cell.cell_contents, elements.__getitem__, begin=0, step=1, count=len(elements))
         if column is None or len(place.dims) != 1:
             return None
         _, span = column
