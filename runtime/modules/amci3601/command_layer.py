@@ -173,7 +173,7 @@ class CommandLayer(Host):
             self._obey_new_words(now_ns, command, previous)
 
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-        if self.profile.untold and self._refuses_undescribed_bits(now_ns, command, previous):
+        if self.profile.undescribed and self._refuses_undescribed_bits(now_ns, command, previous):
             return
         risen_bits = command.msw & ~previous.msw & COMMAND_BITS
         is_following = False
@@ -192,7 +192,7 @@ class CommandLayer(Host):
 
     def _refuses_undescribed_bits(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
         """Refuse bits that the module's manual does not describe; return whether one is set."""
-        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.untold}
+        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.undescribed}
         bits_before = previous.msw | previous.lsw << 16
         bits_now = command.msw | command.lsw << 16
         for name, bit in undescribed_bits.items():
