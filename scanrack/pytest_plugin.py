@@ -116,6 +116,7 @@ def artifacts(request: pytest.FixtureRequest) -> Path:
 
 
 def _artifacts_of(item: pytest.Item) -> TestArtifacts:
+    """Return the artifacts of a test; the first call makes them."""
     if ARTIFACTS not in item.stash:
         from scanrack.testing.artifacts import TestArtifacts
 
@@ -177,6 +178,7 @@ class _HiddenFrames:
 
 
 def _hide(error: BaseException | None) -> None:
+    """Hide the lines of scanrack's modules in the tracebacks of an error and its causes."""
     visited: list[BaseException] = []
     while error is not None and error not in visited:
         visited.append(error)

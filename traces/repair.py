@@ -183,11 +183,13 @@ class Rewriter:
         self._trace, self._file, self._progress = trace, file, progress
         self._result = Repair(scans=0 if isinstance(trace, Trace) else None)
         self._crc = 0  # of the data written so far
+        # by offset of the first record
         self._sections = {section.span.offset: section for section in trace.sections}
         self._summary = Summary()
         summary_records = list(_checksummed_records(trace))
         self._has_checksummed = bool(summary_records)
         self._unwritten_checksummed = iter(summary_records)
+        # messages after a draft's record belong to a chunk that was not finished
         drafts = [span.offset for span in trace.spans if span.opcode == DRAFT]
         self._draft_offset = min(drafts, default=trace.size)
 

@@ -131,6 +131,10 @@ class Subscriptions:
         return self._filter_refusal(target, item.RequestedParameters.Filter)
 
     def _filter_refusal(self, target: Any, item_filter: Any) -> str:
+        """Return the name of the status that refuses a filter, or "" if the filter is allowed.
+
+        Values may have a filter of changes, with an absolute deadband if they are single numbers.
+        """
         kind = type(item_filter).__name__  # asyncua decodes some filters as its own classes
         if target.AttributeId == ua.AttributeIds.EventNotifier:
             return "" if kind == "EventFilter" else "BadEventFilterInvalid"

@@ -231,6 +231,7 @@ class EveryRpi(Exchange):
         is_steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
         if self._starting or not is_steady:
             return 0
+        # exchanges and then scans, rounded up: both are counted up to the first unknown instant
         calm_exchanges = max(0, -(-(self._prediction.calm_until_ns() - self._next_ns) // self.rpi_ns))
         unknown_ns = self._next_ns + calm_exchanges * self.rpi_ns
         return max(0, -(-(unknown_ns - now_ns) // period_ns))
@@ -262,6 +263,7 @@ class EveryRpi(Exchange):
             _advance(self._lines, latest_ns)
 
     def _exchange(self, at_ns: int) -> None:
+        """Update all modules with the outputs sent before, read inputs, and send the queued outputs."""
         for update, outputs, inputs in self._lines:
             inputs[:] = update(at_ns, outputs).raw
         self._sent[:] = self._waiting

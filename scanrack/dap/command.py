@@ -23,7 +23,7 @@ KEY_BYTES = 16
 CHUNK = 1 << 16
 
 
-def _debug_command(
+def _debug_command(  # its help is `_HELP`
     port: Annotated[
         int | None,
         typer.Option(
@@ -58,6 +58,7 @@ def _debug_command(
         raise typer.Exit(_relay(connect, key))
     if port is not None:
         raise typer.Exit(_serve_port(port))
+    # what the program prints must not come between the messages on standard output
     stdin_fd, stdout_fd = os.dup(0), os.dup(1)
     with (
         os.fdopen(stdin_fd, "rb") as requests,

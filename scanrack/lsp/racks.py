@@ -67,7 +67,7 @@ def _context(lines_above: Sequence[str], line_start: str) -> tuple[list[str], st
     code = [line.partition("#")[0] for line in lines_above[header_line + 1 :]]
     table_text = "\n".join([*code, line_start])
     open_tables = _open_tables(table_text)
-    begin = open_tables[-1][1] if open_tables else 0
+    _, begin = open_tables[-1] if open_tables else ("", 0)
     entry = table_text[begin:].rpartition(",")[2].rpartition("\n")[2]
     return [*path, *(key for key, _ in open_tables)], entry
 
@@ -93,6 +93,7 @@ def _nodes_at(path: Sequence[str]) -> list[Node]:
 
 
 def _children(node: Node, key: str) -> Iterator[Node]:
+    """Yield the nodes of a key in a table of the schema; a table with free keys has one for all of them."""
     inner = node.get("properties", {}).get(key)
     if inner is None and isinstance(node.get("additionalProperties"), dict):
         inner = node["additionalProperties"]
@@ -116,6 +117,7 @@ def _resolved(node: Node) -> Iterator[Node]:
 
 
 def _values(node: Node) -> Iterator[str]:
+    """Yield the values that a node allows, as TOML; nothing if it does not list them."""
     for choice in node.get("enum", [node["const"]] if "const" in node else ()):
         yield f'"{choice}"' if isinstance(choice, str) else str(choice).lower()
     if node.get("type") == "boolean":

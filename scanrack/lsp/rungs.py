@@ -175,7 +175,7 @@ def block_text(block: AddOn) -> str:
 
 
 def _members(type_name: str) -> list[Offer]:
-    """Return the members of a type or block that comes with scanrack."""
+    """Return the members of a type or block that comes with scanrack; `type_name` is in capitals."""
     blocks = {block.name.upper(): block for block in _blocks()}
     if type_name in blocks:
         reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
@@ -193,7 +193,8 @@ def _members(type_name: str) -> list[Offer]:
 def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
     """Yield the instructions that rungs or structured text may contain, without duplicates."""
     for instruction in {spec.name: spec for spec in _instructions(text).values()}.values():
-        if not instruction.instead if structured else instruction.in_rungs:
+        is_usable = (not instruction.instead) if structured else instruction.in_rungs
+        if is_usable:
             yield instruction
 
 

@@ -71,6 +71,10 @@ class RackServer(LanguageServer):
             check.cancel()
 
     async def _check(self, uri: str, rest_s: float) -> None:
+        """Wait, check a document together with all open texts, and publish the findings.
+
+        The findings of its previous check in other files are cleared.
+        """
         await asyncio.sleep(rest_s)
         document = self.workspace.get_text_document(uri)
         documents = self.workspace.text_documents
@@ -87,10 +91,10 @@ class RackServer(LanguageServer):
         for file in by_file.keys() - self.workspace.text_documents.keys():  # open documents have checks
             self._publish(file, by_file[file])
 
-    def _publish(self, uri: str, remarks: Iterable[LineRemark], number: int | None = None) -> None:
+    def _publish(self, uri: str, remarks: Iterable[LineRemark], version: int | None = None) -> None:
         lines: Sequence[str] = self.workspace.get_text_document(uri).lines if remarks else ()
         diagnostics = [_diagnostic(remark, lines) for remark in remarks]
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, diagnostics, number))
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, diagnostics, version))
 
 
 def _path(uri: str) -> Path:
@@ -128,6 +132,7 @@ def _position(server: RackServer, params: Any) -> tuple[Path, str, str, int, int
 
 
 def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
+    """Return the description of the key or word at a position; None if there is none."""
     path, text, line, line_number, column = _position(server, params)
     meaning = ""
     if path.suffix == RACK:
@@ -138,6 +143,7 @@ def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
 
 
 def _complete(server: RackServer, params: types.CompletionParams) -> types.CompletionList:
+    """Return the keys, values, instructions and names that may stand at a position."""
     path, text, line, line_number, column = _position(server, params)
     offers: list[rungs.Offer] = []
     if path.suffix == RACK:
@@ -157,6 +163,7 @@ def _complete(server: RackServer, params: types.CompletionParams) -> types.Compl
 
 
 def _define(server: RackServer, params: types.DefinitionParams) -> types.Location | None:
+    """Return the place in the same text that declares the word at a position; None if there is none."""
     path, text, line, _, column = _position(server, params)
     word = rungs.word_at(line, column) if path.suffix in (SUFFIX, STRUCTURED_SUFFIX) else ""
     declaration = rungs.declared_at(text, word) if word else None

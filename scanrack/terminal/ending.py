@@ -29,6 +29,7 @@ def _running_threads() -> list[str]:
 
 
 def _end_process(status: int) -> None:
+    """Give threads of the program `GRACE_S` seconds, with a message; then end the process with them."""
     sleep(SILENT_S)
     names = ", ".join(_running_threads())
     complain(f"threads of the program still run, and are ended in {GRACE_S:g} s: {names}")

@@ -37,6 +37,7 @@ def grouped(command: Callable[..., None], /, **groups: type[Any]) -> Callable[..
 
     @wraps(command)
     def run(**arguments: Any) -> None:
+        # moves the options of each group from `arguments` into its dataclass
         options = {
             name: group(**{field.name: arguments.pop(field.name) for field in fields(group)})
             for name, group in groups.items()

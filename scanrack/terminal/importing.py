@@ -28,6 +28,7 @@ def imported() -> AbstractContextManager[None]:
 
 @contextmanager
 def _imported() -> Iterator[None]:
+    """Pause the garbage collector during the block, then exclude all objects from its searches."""
     gc.disable()
     try:
         with of_libraries_too():

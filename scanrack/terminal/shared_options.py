@@ -123,7 +123,9 @@ def parse_range(text: str) -> ScanRange:
     if match is None or not (match[1] or match[3]):
         raise ValueError(f"--range {text!r}: must be A:B, A:, :B or A")
     first = int(match[1] or 0)
-    last = first if not match[2] else int(match[3]) if match[3] else None
+    last = int(match[3]) if match[3] else None
+    if not match[2]:  # one scan
+        last = first
     if last is not None and last < first:
         raise ValueError(f"--range {text!r}: ends before it begins")
     return first, last

@@ -50,6 +50,10 @@ class _GuardedFile(io.FileIO):
         self._lost = False
 
     def write(self, data: ReadableBuffer, /) -> int:
+        """Write data; after a failed write, drop all data and report success.
+
+        The first failure raises `LostOutput` if it is to be reported.
+        """
         if not self._lost:
             try:
                 return super().write(data)
@@ -99,9 +103,14 @@ def _closed(number: int) -> IO[str]:
 
 
 def _guarded(stream: Any, *, reported: bool) -> Any:
+    """Return a stream to the same file that survives failed writes, with scanrack's encoding.
+
+    Streams without a descriptor and the console of Windows are returned unchanged.
+    """
     fd = _descriptor(stream)
     is_terminal = fd is not None and os.isatty(fd)
-    if fd is None or (is_terminal and sys.platform == "win32"):
+    is_windows_console = is_terminal and sys.platform == "win32"
+    if fd is None or is_windows_console:
         return stream
     stream.flush()
     is_own = _has_our_encoding(stream)

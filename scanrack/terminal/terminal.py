@@ -47,6 +47,7 @@ MESSAGE_LINES = 500
 
 
 def _short_lines(text: str, *, err: bool) -> str:
+    """Return a text with shortened lines; a message on standard error also has fewer of them."""
     if len(text) <= LINE_MOST and not err:
         return text
     lines = text.split("\n")

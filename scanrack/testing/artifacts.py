@@ -80,6 +80,7 @@ class TestArtifacts:
         return bench
 
     def _new_trace(self, stem: str) -> Path:
+        """Return an unused path for a recording; a number tells benches of the same name apart."""
         stem = file_name(stem) or "rack"
         used_paths = {opened.trace for opened in self._benches}
         path, number = self.folder.path / f"{stem}.mcap", 1
@@ -121,6 +122,7 @@ class TestArtifacts:
                 self.folder.remove()
 
     def _explanations(self, error: BaseException) -> Iterator[str]:
+        """Yield the lines of a report about an error, and end the recordings if the test ends with it."""
         now_s = process_time()
         yield from self._explanations_of_tags(error)
         for opened in self._benches:
@@ -129,6 +131,7 @@ class TestArtifacts:
             yield from self._scan_lines(opened, error, now_s - opened.since_s)
 
     def _explanations_of_tags(self, error: BaseException) -> Iterator[str]:
+        """Yield why the tags of an error have their values, at most `MOST_WHYS`; latest bench first."""
         explained = 0
         for opened in reversed(self._benches):
             for tag in tags_of(error, opened.bench):

@@ -83,6 +83,11 @@ class ArtifactFolder:
         return self._path
 
     def _create(self) -> Path:
+        """Create or empty the test's folder, and mark it.
+
+        Raises:
+            OwnedError: none of its names may be used, or another run is writing to it.
+        """
         for name in folder_names(self._test):
             path = self._base / name
             if self._claim(path):
@@ -123,6 +128,7 @@ class ArtifactFolder:
             _remove(self._path / PASSED)
 
     def _belongs_to_test(self, path: Path) -> bool:
+        """Return whether the mark in a folder names this test."""
         try:
             marked = (path / MARK).read_bytes()
         except OSError:
@@ -164,6 +170,7 @@ def _remove(path: Path) -> None:
 
 
 def _make_base(base: Path) -> None:
+    """Create the folder of all tests with its .gitignore, unless the folder exists."""
     with suppress(FileExistsError):
         base.parent.mkdir(parents=True, exist_ok=True)
         base.mkdir()

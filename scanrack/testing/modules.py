@@ -202,6 +202,7 @@ def _fail_power(module: Module, _begin_ns: int, _end_ns: int) -> None:
 
 
 def _shown(module: Module, now_ns: int, outputs: Image) -> Shown:
+    """Update a module; return its input words and the events that it had collected, which are removed."""
     words = list(module.update(now_ns, outputs))
     events = tuple(event for event in module.events if event.kind != "indicator")
     module.events.clear()
@@ -209,6 +210,7 @@ def _shown(module: Module, now_ns: int, outputs: Image) -> Shown:
 
 
 def _compare(promise: str, first_run: Sequence[Shown], second_run: Sequence[Shown]) -> None:
+    """Raise ContractError at the first input word or events that differ between two runs."""
     for step, ((words, events), (words_2, events_2)) in enumerate(zip(first_run, second_run, strict=True)):
         for number, (word, word_2) in enumerate(zip(words, words_2, strict=True)):
             if word != word_2:
@@ -218,6 +220,7 @@ def _compare(promise: str, first_run: Sequence[Shown], second_run: Sequence[Show
 
 
 def _check_names(head: str, record: ModuleRecord, words: ModuleWords) -> None:
+    """Raise ContractError for unusable names of words, or for status bits that do not show their names."""
     for image, names in (("output", words.outputs), ("input", words.inputs)):
         if not 1 <= len(names) <= WORDS_MAX:
             raise ContractError(f"{head}: {len(names)} {image} words have names: must be 1 to {WORDS_MAX}")

@@ -33,6 +33,7 @@ def speed_of(text: str) -> float | None:
 
 
 def _watch_command(options: WatchArguments) -> None:
+    """Watch a rack or a trace to the end, and exit with its status."""
     from scanrack.jobs.load.loading import runs
     from scanrack.jobs.load.program import lines_marked
 
@@ -104,7 +105,7 @@ def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
     from scanrack.jobs.run.servers.kinds import addresses
     from scanrack.jobs.trust.owned import check_recording
 
-    keep = 0 if options.replace else None
+    keep = 0 if options.replace else None  # numbered copies of an old recording; None: the usual number
     factor = speed_of(options.speed)
     export = begun(keep_values=options.keep_values, memory=options.memory)
     job = load_job(options.rack, export=export)

@@ -64,7 +64,12 @@ class Editor:
     """The thread that checks the program's file and the edits from pages, and passes on edited programs.
 
     Args:
+        job: the first program.
+        rack: path of the rack file.
+        run: the running session.
+        editions: the versions of the program that are recorded.
         hand_over: receives a `Takeover`, to be called between two scans.
+        send: sends a message to all pages.
     """
 
     def __init__(
@@ -126,6 +131,7 @@ class Editor:
         self._wake.set()
 
     def _run_thread(self) -> None:
+        """Answer pages and check the file until `end`; pages see unexpected errors as mistakes."""
         if self._programs.rungs is not None and not why_not_editable(self._programs.file):
             self._send_state()
         while not self._ending.is_set():
@@ -185,12 +191,17 @@ class Editor:
         self._send({"online": state})
 
     def _load(self) -> None:
+        """Load the program's file and hand it over, unless it is just being written again."""
         restart, self._restart = self._restart, ""
         exchange = self._from_disk(restart)
         if not self._programs.is_rewritten():  # otherwise it is just being saved: the next check loads it
             self._exchange(exchange)
 
     def _from_disk(self, restart: str) -> Exchange:
+        """Return the exchange for the program on disk, or one that sends a mistake if it can't be used.
+
+        When the program runs, the file counts as seen.
+        """
         programs = self._programs
         try:
             job = programs.usable(programs.from_disk(), restart)
@@ -206,7 +217,10 @@ class Editor:
         return Exchange(partial(self._edit, edition, job, restart), follow)
 
     def _edit(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
-        """Return the action that switches to a program; None if it is already running or can't be used."""
+        """Keep a version as the next one, and return the action that switches to it.
+
+        If it is already running or can't be used, tell the pages and return None.
+        """
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
             self._send({"mistake": None})

@@ -60,7 +60,7 @@ class Gate:
     def __init__(self, host: str, port: int, key: str) -> None:
         names = [host] if host not in _LOOPBACK else list(_LOOPBACK)
         self._hosts = [f"{_in_url(name)}:{port}" for name in names]
-        if port == 80:
+        if port == 80:  # browsers leave it out
             self._hosts += map(_in_url, names)
         self._origins = [f"http://{host_name}" for host_name in self._hosts]
         self._key = key.encode()
@@ -85,6 +85,7 @@ class Gate:
         return self._file("/index.html" if path == "/" else path, accepts, cached)
 
     def _file(self, path: str, accepts: str, cached: str) -> Answer:
+        """Return the answer with a file, as gzip if accepted; 304 if it is cached, 404 if there is none."""
         file = self._files.get(path)
         if file is None:
             return _refusal(404, "no such file")
@@ -111,10 +112,11 @@ _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 def _accepts_gzip(accepts: str) -> bool:
     """Return whether an Accept-Encoding header allows gzip [RFC 9110, section 12.5.3]."""
-    parameters = {}
+    weights = {}
     for coding in accepts.split(","):
-        name, _, parameters[name.strip().lower()] = coding.partition(";")
-    weight = parameters.get("gzip", parameters.get("*", "q=0")).replace(" ", "").lower()
+        name, _, parameter = coding.partition(";")
+        weights[name.strip().lower()] = parameter
+    weight = weights.get("gzip", weights.get("*", "q=0")).replace(" ", "").lower()
     return not weight.startswith("q=0") or weight.strip("q=.0") != ""
 
 

@@ -36,11 +36,17 @@ _OPAQUE = re.compile(
     r"|(?<=[(,=:!&|?{};\[\n])\s*/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*+\]|[^/\\\n\[])++/[a-z]*",
     re.DOTALL,
 )
+"""A comment, a text, a regular expression, or a character that begins or ends a template's parts."""
 _MARGIN = re.compile(r"([,(\[])?\n\s*")
+"""A line break and the indentation after it, with the bracket or comma before it."""
 _TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*+(?:`|\$\{)", re.DOTALL)
+"""Text of a template up to its end or its next value."""
 _BLOCK_BEFORE = re.compile(r"(?:[);{}>]|\b(?:else|try|catch|finally|do)|^)\s*$")
+"""What may stand before the brace of a block."""
 _CLASS_BEFORE = re.compile(r"\bclass [\w$]+(?: extends [\w$.]+)?\s*$")
+"""What stands before the brace of a class."""
 _KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*+$")
+"""What may stand before a key of an object or a member of a class."""
 
 
 class PageScript(NamedTuple):
@@ -121,6 +127,7 @@ def _exports(modules: Mapping[str, _Module], numbers: Mapping[str, int], file: s
 
 
 def _final(modules: Mapping[str, _Module], numbers: Mapping[str, int], importer: str, source: _Source) -> str:
+    """Return the joined script's name for an imported name; raise ValueError if it is not exported."""
     final = _exports(modules, numbers, source.file).get(source.name)
     if final is None:
         raise ValueError(f"{importer} imports {source.name!r} of {source.file}, which does not export it")
@@ -131,6 +138,7 @@ def _final(modules: Mapping[str, _Module], numbers: Mapping[str, int], importer:
 
 
 def _read(text: str) -> _Module:
+    """Split a module into its imports, re-exports, declared names and code."""
     imports: dict[str, _Source] = {}
     reexports: dict[str, _Source] = {}
     files = []
@@ -145,8 +153,14 @@ def _read(text: str) -> _Module:
         files.append(match["file"])
         reexports |= _listed(match["names"], match["file"])
     code, texts = _cut_out(_REEXPORT.sub("", _IMPORT.sub("", text)))
-    names = dict(_declared(code))
-    return _Module(re.sub(r"^export ", "", code, flags=re.MULTILINE), texts, imports, files, names, reexports)
+    return _Module(
+        code=re.sub(r"^export ", "", code, flags=re.MULTILINE),
+        texts=texts,
+        imports=imports,
+        files=files,
+        names=dict(_declared(code)),
+        reexports=reexports,
+    )
 
 
 def _listed(names: str, file: str) -> dict[str, _Source]:
@@ -222,7 +236,8 @@ def _variables(code: str, start: int) -> Iterator[str]:
         if word in ("[{" if before_value else "([{"):
             depth += 1
         elif word in ("]}" if before_value else ")]}"):
-            depth, before_value = depth - 1, before_value and not depth
+            depth -= 1
+            before_value = before_value and depth > 0  # a nested pattern may be followed by more variables
         elif before_value and _NAME.fullmatch(word):
             is_key = depth and code[start + token.end() :].lstrip().startswith(":")
             if not is_key:

@@ -41,7 +41,12 @@ class MonitorSupervisor:
     """The supervisor of a monitor.
 
     Args:
+        setup: what a monitor needs to know about the session.
         listening: the server's socket, which all monitors use in turn.
+        report: prints a message.
+
+    Attributes:
+        pipe: the connection to the present monitor.
     """
 
     def __init__(
@@ -83,6 +88,7 @@ class MonitorSupervisor:
         return self._process.pid
 
     def _start(self) -> Connection:
+        """Start a monitor process and send it its setup; return the connection to it."""
         own_socket, child_socket = socket.socketpair()
         # its own session: Ctrl-C must only reach the scan process, which ends the monitor
         self._process = launch(
@@ -94,6 +100,7 @@ class MonitorSupervisor:
         return pipe
 
     def _restart_when_dead(self) -> None:
+        """Restart the monitor whenever it dies, until `end` or until it has died too often."""
         deaths = 0
         while True:
             begun_ns = wall_ns()

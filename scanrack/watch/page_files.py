@@ -67,6 +67,7 @@ class PageFiles:
         return self._cache[name] if exists else None
 
     def _make(self, name: str, kind: str) -> ServedFile:
+        """Return the file with a name: the index, the joined script, a facade, or another file."""
         if name == "index.html":
             return self._index(kind)
         if name == PAGE:
@@ -76,6 +77,7 @@ class PageFiles:
         return ServedFile(body, kind)
 
     def _index(self, kind: str) -> ServedFile:
+        """Return the page with its style inline and with the joined script."""
         style = self._text("watch.css")
         text = self._text("index.html").replace(SCRIPT, SCRIPT.replace(MAIN, PAGE))
         text = text.replace(STYLE_LINK, f"<style>{style}</style>")

@@ -86,7 +86,9 @@ class Play:
     """The sessions of one command.
 
     Args:
+        listening: the socket for pages.
         folder: folder for temporary traces and copies of programs.
+        stack: closes what the sessions share, at the end of the command.
         key: key of an existing link, which pages must send; None = create a key.
     """
 
@@ -103,7 +105,7 @@ class Play:
         self._ring: Ring | None = None
         self._supervisor: MonitorSupervisor | NoMonitor | None = None
         self._inbox: PipeInbox | NoInbox | None = None
-        self._next: PreparedRun | None = None
+        self._next: PreparedRun | None = None  # begins when the present run has ended
         self._services: TagServices | None = None
 
     def play(self, job: LoadedRack) -> int:
@@ -149,6 +151,10 @@ class Play:
         return self._prepared(Start(paused=self._options.arguments.paused), editions)
 
     def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
+        """Make the rack and open the ports and the trace of a session; return its run, ready to begin.
+
+        If the run never begins, the end of the command closes them.
+        """
         with ExitStack() as ports:
             if self._options.arguments.live:
                 for outcome in ports.enter_context(real_time()):  # before any port is opened
@@ -213,6 +219,10 @@ class Play:
         return _unused(record_path.with_name(f"{record_path.stem}-{start.scan}.mcap"))
 
     def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
+        """Return the session of a prepared run, connected to the monitor, pages, editor and tag clients.
+
+        The first one also makes the ring and starts the monitor.
+        """
         run, start, pacer, options = prepared.run, prepared.start, prepared.pacer, self._options
         figures = MachineFigures(run.rack)
         if self._ring is None:
@@ -224,16 +234,27 @@ class Play:
         tap.notes = _notes(run, job, self._ring, tap)
         hands = run.hands
         hands.applied.extend(start.orders or ())
-        session: Session
+        session: Session  # made below from the editor, which needs `hand_over`
         assert self._supervisor is not None
-        announcer = Announcer(run, prepared.editions, start.orders or (), tap.send, self._supervisor)
+        announcer = Announcer(
+            run, prepared.editions, start.orders or (), send=tap.send, supervisor=self._supervisor
+        )
         run.program.on_edit = announcer.announce_edit
 
         def hand_over(takeover: Takeover) -> None:
             session.takeovers.append(takeover)
 
-        manner = EditManner(options.arguments.preview, options.arguments.trust, options.saved)
-        editor = Editor(job, options.arguments.rack, run, prepared.editions, hand_over, tap.send, manner)
+        editor = Editor(
+            job,
+            options.arguments.rack,
+            run,
+            prepared.editions,
+            hand_over=hand_over,
+            send=tap.send,
+            manner=EditManner(
+                preview=options.arguments.preview, trust=options.arguments.trust, saved=options.saved
+            ),
+        )
         session = Session(
             run.cpu,
             hands,
@@ -280,23 +301,31 @@ class Play:
         session.attend = attend_all
 
     def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
-        """Print the link and start the monitor."""
+        """Start the monitor and print its link; without a page, objects that do nothing stand in for it."""
         options = self._options
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
         record = None if options.arguments.record is None else str(prepared.trace)
         is_read_only, is_live = options.read_only, options.arguments.live
         facts = SessionFacts(
-            distribution_version("scanrack"),
-            job.spec.name,
-            options.arguments.rack,
-            "rack",
-            is_read_only,
-            is_live,
-            record,
+            version=distribution_version("scanrack"),
+            name=job.spec.name,
+            path=options.arguments.rack,
+            kind="rack",
+            read_only=is_read_only,
+            live=is_live,
+            record=record,
             branches=not is_read_only and not is_live,
         )
-        machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
-        setup = Setup(ring.shape, facts, key, HOST, port, machines, str(prepared.trace), programs)
+        setup = Setup(
+            shape=ring.shape,
+            about=facts,
+            key=key,
+            host=HOST,
+            port=port,
+            machines=tuple(figures.slots),
+            trace=str(prepared.trace),
+            programs=programs_of(prepared.run, prepared.editions, ()),
+        )
         if not options.page:
             self._supervisor, self._inbox = NoMonitor(), NoInbox()
             return
@@ -326,6 +355,7 @@ class Play:
             complain("the page shows the fault; branch there from an earlier scan, or end with Ctrl-C")
 
         def play() -> None:
+            """Repeat the actions of a branch's parents, then run the session to its end."""
             with frozen_collector(), run.cpu:
                 if start.orders is not None:
                     self._hold_clients(True)

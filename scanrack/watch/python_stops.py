@@ -99,6 +99,7 @@ class PythonStops(Observer):
             self._running.add(line)
 
     def _changes(self) -> Iterator[str]:
+        """Yield sentences about values that have changed since the last call; keep the new values."""
         for name, (code, old_value) in self._values.items():
             try:
                 value = self._read(code)

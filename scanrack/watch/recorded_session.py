@@ -87,6 +87,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         branches: list[Play] = []
 
         def prepare(*arguments: Any, **options: Any) -> None:
+            """Prepare a branch, which runs after the page of the trace; a later one replaces it."""
             from .play import Play  # imported late, since its imports would delay the first page
 
             watch_options = WatchOptions(
@@ -156,6 +157,11 @@ class OpenedRecording:
 
     Args:
         place: path of the trace, and the scan that pages show first.
+        folder: folder for the files in the trace.
+        trust: whether Python that came with the trace may run.
+
+    Attributes:
+        job: the rack and the first program; None if it may not run.
 
     Raises:
         ValueError: the trace does not name its rack, or its files can't be used.
@@ -172,14 +178,15 @@ class OpenedRecording:
             self._spec: RackSpec = self.job.spec
         except UntrustedError as error:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
+            # pages show images and events; `job_of` or `versions_of` has refused the Python in the trace
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
         self._load: Load | None = None
         job, editions = self.job, self._editions
         if job is not None and editions is not None:
             self._load = Load(
-                job.program,
-                lambda: job_of(trace, folder / "files", trust=trust).logic,
-                lambda number: editions.again(number).logic,
+                program=job.program,
+                logic=lambda: job_of(trace, folder / "files", trust=trust).logic,
+                edited=lambda number: editions.again(number).logic,
             )
 
     def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
@@ -187,13 +194,13 @@ class OpenedRecording:
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         facts = SessionFacts(
-            distribution_version("scanrack"),
-            name,
-            path,
-            "trace",
-            True,
-            False,
-            path,
+            version=distribution_version("scanrack"),
+            name=name,
+            path=path,
+            kind="trace",
+            read_only=True,
+            live=False,
+            record=path,
             branches=self.job is not None,
         )
         monitor = TraceMonitor(
@@ -201,9 +208,9 @@ class OpenedRecording:
             trace,
             self._place.path,
             self._spec,
-            self._sources(),
-            self._place.scan,
-            lambda scan, paused: self._branch(prepare, scan, paused=paused),
+            sources=self._sources(),
+            first=self._place.scan,
+            branch=lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
         monitor.job, monitor.again = self.job, self._load
         return monitor

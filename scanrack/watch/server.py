@@ -59,6 +59,7 @@ class Server:
             runner.run(self._run(listening))
 
     async def _run(self, listening: socket.socket) -> None:
+        """Serve pages until the session is over, then end the processes of their questions."""
         async with serve(
             self._socket,
             sock=listening,
@@ -85,11 +86,13 @@ class Server:
                 await asyncio.sleep(0)
 
     async def _flush(self) -> None:
+        """Wait until pages have got their messages, at most about one second."""
         for _ in range(HZ):
             if any(page.outbox for page in self._monitor.pages):
                 await asyncio.sleep(1 / HZ)
 
     def _ended(self) -> bool:
+        """Return whether the session is over: the monitor is, or the scan process has closed the pipe."""
         if self._monitor.over:
             return True
         if self._pipe is None:
@@ -117,6 +120,7 @@ class Server:
         return Response(answer.status, reason, Headers(answer.headers.items()), answer.body)
 
     async def _socket(self, connection: ServerConnection) -> None:
+        """Serve a page if it sends the key in time and few pages are open; otherwise close its socket."""
         if self._strangers >= STRANGERS_MOST:
             await connection.close(TOO_MANY, "too many connections")
             return
@@ -133,6 +137,7 @@ class Server:
             await self._serve(connection)
 
     async def _sends_key(self, connection: ServerConnection) -> bool:
+        """Return whether the first message of a socket, within `KEY_S`, has the key."""
         try:
             message = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
         except (ValueError, TimeoutError, ConnectionClosed):
@@ -140,6 +145,7 @@ class Server:
         return isinstance(message, dict) and self._gate.is_key(message.get("key"))
 
     async def _serve(self, connection: ServerConnection) -> None:
+        """Add a page, exchange messages with it until its socket is closed, and remove it."""
         page = Page()
         self._monitor.join(page)
         sending = asyncio.create_task(self._send(connection, page))
@@ -155,6 +161,7 @@ class Server:
                 await sending
 
     def _take(self, page: Page, text: str | bytes) -> None:
+        """Handle a message; refuse it if there are too many, drop it if the page reads no answers."""
         if len(page.outbox) >= OUTBOX_MOST:
             return
         if not page.may_send():

@@ -57,6 +57,7 @@ class TextView:
         return Group(self._head(), *slots, events)
 
     def _head(self) -> Text:
+        """Return the line above the slots: mode, speed, scan and time, late scans, forces and fault."""
         state = self._session.state
         mode = mode_name(CpuMode(self._flags & MODE_MASK))
         speed = "max" if state.speed is None else f"{state.speed:g}x"
@@ -74,6 +75,7 @@ class TextView:
         return Text("  ".join(parts), style="bold")
 
     def _slot(self, slot: Slot) -> RenderableType:
+        """Return a table of a slot's words with the names of bits that are on, and its position."""
         table = Table(title=f"slot {slot.number}  {slot.catalog}", title_justify="left", box=None)
         table.add_column("", width=4)
         columns = max(len(slot.inputs), len(slot.outputs))
@@ -92,6 +94,7 @@ class TextView:
 
 
 def _names_on(slot: Slot, image: str, words: list[int]) -> list[str]:
+    """Return the names of the bits of an image, "I" or "O", that are on."""
     return [
         name
         for word, value in enumerate(words)

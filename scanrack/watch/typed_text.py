@@ -64,6 +64,7 @@ class TypedText:
         return self._previewed(self._programs.saved_text(), "", self._programs.from_disk, effects=True)
 
     def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool) -> Answer:
+        """Load an edited program with `load`; return a function that makes its preview or its mistakes."""
         program = self._programs.file
         show_preview = partial(preview_of, program, (self._programs.running_text, text))
         try:

@@ -166,7 +166,7 @@ def compare_parts(
         differing=findings.differing,
         slots_only_a=tuple(sorted(numbers_a - numbers_b)),
         slots_only_b=tuple(sorted(numbers_b - numbers_a)),
-        heads=(),
+        heads=(),  # `compare` adds them
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,
     )

@@ -117,14 +117,14 @@ FLAGS = Field(
     "cpu",
     "flags",
     FieldKind.BITS,
-    0,
-    1,
-    lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
+    word=0,
+    words=1,
+    key=lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
     bits=FLAG_BITS,
 )
 """The CPU's flags without the late-scan flag, which depends on the computer."""
 
-TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
+TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, word=0, words=1, key=lambda times: times)
 """The time of a scan; compared where scans are paired by number."""
 
 
@@ -144,6 +144,7 @@ def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) 
 
 
 def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
+    """Yield the fields of a slot; without modes, each word is one, compared by bits if they have names."""
     if slot.words.modes is not None:
         for direction in ("in", "out"):
             yield from _moded_fields(slot, direction, formats)
@@ -152,7 +153,9 @@ def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
         for word, name in enumerate(slot.words.named(direction)):
             bits = _bit_names(slot, direction, word, name)
             kind, key = (FieldKind.BITS, _bits) if bits else (FieldKind.WORD, _word)
-            yield Field(slot.number, direction, name, kind, word, 1, partial(key, word), bits=bits)
+            yield Field(
+                slot.number, direction, name, kind, word=word, words=1, key=partial(key, word), bits=bits
+            )
 
 
 def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Iterator[Field]:
@@ -167,16 +170,18 @@ def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Ite
             kind = FieldKind.COUNT if direction == "in" else FieldKind.VALUE
             value = partial(_value, mode_word, word, formats.at(number, pairs[word], LAST))
             key = partial(_pair, mode_word, word)
-            yield Field(number, direction, pairs[word].name, kind, word, 2, key, value)
+            pair_name = pairs[word].name
+            yield Field(number, direction, pair_name, kind, word=word, words=2, key=key, value=value)
         elif bits:
             key = partial(_live_bits, mode_word, word, words.live(direction, word))
-            yield Field(number, direction, name, FieldKind.BITS, word, 1, key, bits=bits)
+            yield Field(number, direction, name, FieldKind.BITS, word=word, words=1, key=key, bits=bits)
         elif word not in second_words:
             key = partial(_command_word, mode_word, word)
-            yield Field(number, direction, name, FieldKind.WORD, word, 1, key)
+            yield Field(number, direction, name, FieldKind.WORD, word=word, words=1, key=key)
     for word in range(len(names)):
         key = partial(_configuration_word, mode_word, word)
-        yield Field(number, direction, f"configuration.word{word}", FieldKind.WORD, word, 1, key)
+        name = f"configuration.word{word}"
+        yield Field(number, direction, name, FieldKind.WORD, word=word, words=1, key=key)
 
 
 def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:

@@ -101,6 +101,7 @@ class FieldDifference(NamedTuple):
                 yield _extent(f"{self.field.stem}.{name}", scan_numbers[rows], None)
 
     def _most(self, side_a: Side, side_b: Side) -> int | None:
+        """Return the greatest difference of the field's numbers; None for a tag, or if none has a value."""
         field = self.field
         if field.kind is FieldKind.TAG:
             return None
@@ -119,14 +120,16 @@ class FieldDifference(NamedTuple):
         images_b = side_b.images(field, self.rows_b[first_pair])
         names = field.slot, field.direction, field.name, field.word
         if field.kind is FieldKind.TAG:
-            return Detail(*names, (), (), text_a=field.text(images_a[0]), text_b=field.text(images_b[0]))
+            text_a, text_b = field.text(images_a[0]), field.text(images_b[0])
+            return Detail(*names, words_a=(), words_b=(), text_a=text_a, text_b=text_b)
         words = field.words_in(images_a), field.words_in(images_b)
         if self.bits is None:
             values_a, values_b = field.values(images_a), field.values(images_b)
-            return Detail(*names, *words, _whole_number(values_a[0]), _whole_number(values_b[0]))
+            return Detail(*names, *words, a=_whole_number(values_a[0]), b=_whole_number(values_b[0]))
         levels_a, levels_b = (_levels(int(field.key(images)[0])) for images in (images_a, images_b))
         levels = zip(field.bits, levels_a, levels_b, strict=True)
-        return Detail(*names, *words, bits=tuple(bit for bit in levels if bit[1] != bit[2]))
+        bits = tuple((name, bit_a, bit_b) for name, bit_a, bit_b in levels if bit_a != bit_b)
+        return Detail(*names, *words, bits=bits)
 
 
 def _whole_number(value: float) -> int | None:
@@ -171,16 +174,17 @@ class Findings:
 def _first(
     differences: Sequence[FieldDifference], side_a: Side, side_b: Side, slots: Sequence[SlotInfo]
 ) -> First:
+    """Return the earliest differing pair of rows, with all its differences and the changes before it."""
     row_a, row_b = min((int(difference.rows_a[0]), int(difference.rows_b[0])) for difference in differences)
     details = [difference.detail(side_a, side_b, row_a) for difference in differences]
     return First(
-        int(side_a.columns.scan[row_a]),
-        int(side_a.columns.time_ns[row_a]),
-        int(side_b.columns.scan[row_b]),
-        int(side_b.columns.time_ns[row_b]),
-        tuple(detail for detail in details if detail is not None),
-        changes_before(side_a, slots, row_a),
-        changes_before(side_b, slots, row_b),
+        scan=int(side_a.columns.scan[row_a]),
+        time_ns=int(side_a.columns.time_ns[row_a]),
+        scan_b=int(side_b.columns.scan[row_b]),
+        time_b_ns=int(side_b.columns.time_ns[row_b]),
+        details=tuple(detail for detail in details if detail is not None),
+        before_a=changes_before(side_a, slots, row_a),
+        before_b=changes_before(side_b, slots, row_b),
     )
 
 

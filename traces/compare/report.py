@@ -50,6 +50,7 @@ def _equal_count(a: Sequence[Row], b: Sequence[Row]) -> int:
 
 
 def _verdict(comparison: Comparison, names: Names) -> str:
+    """Return whether two traces are the same, and in which scan they first differ, as a sentence."""
     if comparison.first is None:
         has_more = (
             comparison.only_a or comparison.only_b or comparison.slots_only_a or comparison.slots_only_b
@@ -65,6 +66,7 @@ def _verdict(comparison: Comparison, names: Names) -> str:
 
 
 def _within(comparison: Comparison, word: str) -> str:
+    """Return the tolerance as a phrase that begins with a word; "" if none is allowed."""
     if comparison.tolerance.exact:
         return ""
     counts = comparison.tolerance.counts
@@ -72,6 +74,7 @@ def _within(comparison: Comparison, word: str) -> str:
 
 
 def _scans(comparison: Comparison) -> str:
+    """Return the numbers of scans, and how many of them differ, as a phrase."""
     scans = f"{comparison.scans_a:,}"
     if comparison.scans_a != comparison.scans_b:
         scans += f" and {comparison.scans_b:,}"
@@ -96,6 +99,7 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
 
 
 def _words_text(detail: Detail) -> str:
+    """Return where a detail's words are, and the values of two words; "" for the CPU and for tags."""
     if detail.slot is None:
         return ""
     if len(detail.words_a) == 1:
@@ -105,6 +109,7 @@ def _words_text(detail: Detail) -> str:
 
 
 def _rules(first: First, names: Names) -> Iterator[str]:
+    """Yield the rules that fired in the first scan that differs, starting with those of both traces."""
     common_rules = [rule for rule in first.rules_a if rule in first.rules_b]
     own_rules = [
         (name, rule)
@@ -125,6 +130,7 @@ def _changes(rows: Sequence[Row]) -> list[str]:
 
 
 def _extent(extent: Extent) -> tuple[str, ...]:
+    """Return the table row of a bit, value or word that differs."""
     most = ""
     if extent.most is not None:
         most = time_text(extent.most) if extent.name == "cpu.time_ns" else f"{extent.most:,}"

@@ -92,6 +92,7 @@ class Stream:
     Args:
         slots: the slots of the trace.
         numbers: numbers of the slots whose words are needed.
+        parts: the scans of the trace, in parts.
         tags: type of a row of tags, or None.
 
     Attributes:
@@ -183,6 +184,7 @@ class Stream:
         self.row = row - keep
 
     def _read_part(self) -> None:
+        """Read the next part of the trace into memory; set `ended` if there is none."""
         columns, keys = next(self._parts, (None, np.zeros(0, np.int64)))
         self.ended = columns is None
         if columns is None or not len(keys):

@@ -39,6 +39,7 @@ class CommonTags:
     def __init__(self, a: Trace, b: Trace) -> None:
         fields_a, fields_b = _by_name(a), _by_name(b)
         self._texts = [trace.texts() for trace in (a, b)]
+        # by full name: the fields of both traces
         self._pairs = {
             name: (field, fields_b[name])
             for name, field in fields_a.items()
@@ -79,7 +80,7 @@ class CommonTags:
             text_of = self._name_of if field_pair[0].tag.type in CODES else _number_text
             for name, _ in _value_types(*field_pair):
                 key, text = partial(_key, name), partial(_text, name, text_of)
-                yield Field(None, "tags", name, FieldKind.TAG, 0, 0, key, text=text)
+                yield Field(None, "tags", name, FieldKind.TAG, word=0, words=0, key=key, text=text)
 
     def _shared_codes(self, codes: Array, names: Mapping[int, str]) -> Array:
         """Convert one trace's codes to codes that both traces share."""

@@ -43,6 +43,7 @@ def write_csv(
 
 
 def _lines(columns: Sequence[Column]) -> str:
+    """Return the rows of a block as lines; adjacent columns of bits are formatted together, see `_bits`."""
     cells_by_column: list[list[str]] = []
     for is_bits, run_columns in groupby(columns, lambda column: column.values.dtype == bool):
         adjacent_columns = list(run_columns)
@@ -64,6 +65,7 @@ def _bits(columns: Sequence[Column]) -> list[str]:
 
 
 def _cells(column: Column) -> list[str]:
+    """Return the values of a column as cells, empty where one is missing."""
     values = list(map(str, column.values.tolist()))
     if column.values.dtype == object:
         values = list(map(_quoted, values))

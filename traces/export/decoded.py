@@ -75,7 +75,8 @@ class DecodedValues:
         catalog = Catalog(steppers, formats=formats)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS_TYPES]
         self.messages = _messages(steppers, signals)
-        placed_leaves = list(leaves(self.messages[0][1], dict(self.messages), offset))
+        _, lines = self.messages[0]
+        placed_leaves = list(leaves(lines, dict(self.messages), offset))
         by_path = {_path(signal): signal for signal in signals}
         self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed_leaves]
         self.dtype: np.dtype[np.void] = np.dtype(
@@ -106,7 +107,7 @@ def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Mess
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
         slot_messages = _slot_messages(stem, slot.number, signals)
-        # the same module, but its bits have other names
+        # True for the same module whose bits have other names
         if messages_by_stem.setdefault(stem, slot_messages) != slot_messages:
             stem = f"{stem}Slot{slot.number}"
             messages_by_stem[stem] = _slot_messages(stem, slot.number, signals)

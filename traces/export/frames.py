@@ -51,9 +51,8 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
     pl = need("polars", "frames")
 
     def series(column: Column) -> Any:
-        values = pl.Series(
-            column.name, column.values if column.values.dtype != object else column.values.tolist()
-        )
+        is_text = column.values.dtype == object  # polars takes texts only from a list
+        values = pl.Series(column.name, column.values.tolist() if is_text else column.values)
         if column.missing is None:
             return values
         return values.set(pl.Series(column.missing), None)
@@ -65,6 +64,7 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 def _series_by_name(
     trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
 ) -> dict[str, Any]:
+    """Read the selected signals; return, by name, what `series` makes of each signal's whole column."""
     columns_by_name: dict[str, list[Column]] = {}
     for columns in table(trace, signals, selection):
         for column in columns:
@@ -73,6 +73,7 @@ def _series_by_name(
 
 
 def _joined_column(columns: Sequence[Column]) -> Column:
+    """Join the blocks of a signal's column."""
     masks = [column.missing for column in columns if column.missing is not None]
     return Column(
         columns[0].name,

@@ -47,6 +47,7 @@ def write_jsonl(
 
 
 def _values(column: Column) -> list[Any]:
+    """Return the values of a column as JSON values; a missing value, NaN or infinity becomes null."""
     values: list[Any] = column.values.tolist()
     if column.values.dtype.kind == "f":  # JSON has no NaN and no infinity
         values = [value if isfinite(value) else None for value in values]

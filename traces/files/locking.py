@@ -100,6 +100,7 @@ def held(path: Path) -> Iterator[None]:
 
 
 def _could_remove(lock: Path) -> bool:
+    """Remove a lock file; return False if the system refuses."""
     try:
         lock.unlink()
     except OSError:
@@ -125,6 +126,7 @@ def _locked(lock: Path, path: Path) -> int:
 
 
 def _is_still_there(path: Path, number: int) -> bool:
+    """Return whether a path still leads to an open file."""
     try:
         return os.path.samestat(os.stat(path), os.fstat(number))
     except FileNotFoundError:

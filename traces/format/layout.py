@@ -44,6 +44,7 @@ class SlotInfo:
     words: ModuleWords = _BY_NAME
 
     def __post_init__(self) -> None:
+        """Use the default words if none are given, and note the kind of a card in its words."""
         if self.words is _BY_NAME:
             words = WORDS_3601 if self.module == "amci3601" else PLAIN_WORDS
             object.__setattr__(self, "words", words)

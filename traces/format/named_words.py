@@ -104,6 +104,7 @@ def _slot_words(
 
 
 def _numbers_text(words: ModuleWords) -> str:
+    """Return the errors, modes and quantities of a module as text for the metadata, see `_numbers`."""
     quantities = [
         {**asdict(quantity), "format": quantity.format and quantity.format.value}
         for quantity in words.quantities
@@ -129,14 +130,15 @@ def _numbers(text: str) -> dict[str, Any]:
 
 
 def _quantity(table: Mapping[str, Any]) -> Quantity:
+    """Return a quantity from the metadata; the errors that it raises are handled by `_numbers`."""
     format = table["format"]
     return Quantity(
-        str(table["name"]),
-        str(table["image"]),
-        int(table["word"]),
-        int(table["words"]),
-        str(table["unit"]),
-        format and NumberFormat(format),
+        name=str(table["name"]),
+        image=str(table["image"]),
+        word=int(table["word"]),
+        words=int(table["words"]),
+        unit=str(table["unit"]),
+        format=format and NumberFormat(format),
         counts=bool(table["counts"]),
     )
 
@@ -147,6 +149,7 @@ def _are_words(names: Sequence[str]) -> bool:
 
 
 def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
+    """Return the named bits from the metadata, by group; raise ValueError for one outside of the images."""
     try:
         data = json_value(text)
         return {

@@ -77,8 +77,10 @@ class Summary:
             return
         self._registered.add((kind, record.id))
         self._groups[kind] += encoded(record)
-        self._counts.schema_count += kind == Opcode.SCHEMA
-        self._counts.channel_count += kind == Opcode.CHANNEL
+        if kind == Opcode.SCHEMA:
+            self._counts.schema_count += 1
+        else:
+            self._counts.channel_count += 1
 
     def metadata(self, offset: int, length: int, record: Metadata) -> None:
         """Add a metadata record that is `length` bytes long at `offset`."""
@@ -88,13 +90,13 @@ class Summary:
     def attachment(self, offset: int, length: int, record: Attachment) -> None:
         """Add an attachment that is `length` bytes long at `offset`."""
         index = AttachmentIndex(
-            offset,
-            length,
-            record.create_time,
-            record.log_time,
-            len(record.data),
-            record.name,
-            record.media_type,
+            offset=offset,
+            length=length,
+            create_time=record.create_time,
+            log_time=record.log_time,
+            data_size=len(record.data),
+            name=record.name,
+            media_type=record.media_type,
         )
         self._groups[Opcode.ATTACHMENT_INDEX] += encoded(index)
         self._counts.attachment_count += 1

@@ -283,6 +283,7 @@ def read_plan(schema: str) -> TagPlan | None:
 
 
 def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
+    """Return the tag in a line of the row's message; raise ValueError if the line is not a tag."""
     match = _FIELD.fullmatch(line)
     if match is None:
         raise ValueError(f"{line!r} is not a tag")
@@ -293,6 +294,7 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
         return TagField(Tag(name, _TYPES[kind], length), match["field"])
     if kind not in bodies:
         raise ValueError(f"{line!r} has an unknown type")
+    # the last line of an enum's message is its value, see `TagPlan.messages`
     constants = tuple(constant.split(" ")[1].partition("=")[0] for constant in bodies[kind][:-1])
     return TagField(Tag(name, "ENUM", length, constants), match["field"], constants)
 

@@ -70,18 +70,19 @@ class ModuleReader(Generic[C]):
         self._outputs.add(block)
 
     def panel(self, panel_marks: Sequence[Mark]) -> Panel[C]:
-        """Return the panel."""
+        """Return the panel of the module, with its marks."""
         inputs, outputs = self._inputs.changes(), self._outputs.changes()
         words = self.slot.words
-        lanes = (bit_lanes if words.modes else card_lanes)(words, inputs, outputs)
+        make_lanes = bit_lanes if words.modes else card_lanes
+        lanes = make_lanes(words, inputs, outputs)
         return Panel(
-            self.slot,
-            list(zip(self._titles, [curve.curve() for curve in self._curves], strict=True)),
-            ramp_lane(words, inputs) if words.is_axis else None,
-            [lane for lane in lanes if not lane.steady],
-            [lane for lane in lanes if lane.steady],
-            panel_marks,
-            self.slot.module,
+            slot=self.slot,
+            curves=list(zip(self._titles, [curve.curve() for curve in self._curves], strict=True)),
+            ramp=ramp_lane(words, inputs) if words.is_axis else None,
+            lanes=[lane for lane in lanes if not lane.steady],
+            steady=[lane for lane in lanes if lane.steady],
+            marks=panel_marks,
+            about=self.slot.module,
         )
 
 

@@ -65,6 +65,7 @@ class Envelope:
         return Curve(*groups)
 
     def _double(self) -> None:
+        """Merge pairs of groups, so that each group has twice as many scans."""
         odd = len(self._groups[0]) % 2
         last_group = tuple(column[len(column) - odd :] for column in self._groups)
         self._groups = _grouped(tuple(column[: len(column) - odd] for column in self._groups), 2)

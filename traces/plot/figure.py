@@ -139,6 +139,8 @@ class _Canvas:
 
 
 def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
+    """Write the title, the scans and times, and the colors of bits and of the ramp."""
+    # a place is a fraction of the figure; the numbers are inches, and a letter is about 0.07 wide
     figure.text(LEFT / WIDTH, 1 - 0.24 / height, chart.title, size=12, weight="bold", va="center")
     about = time_axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)
     figure.text(1 - RIGHT / WIDTH, 1 - 0.24 / height, about, size=NAME_SIZE, va="center", ha="right")
@@ -188,6 +190,7 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
 
 
 def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
+    """Draw a curve of a module beside an axis of whole numbers."""
     axes.plot(*curve.line(), color=colors.CURVE, linewidth=1.2, solid_joinstyle="round")
     axes.set_ylabel(name, size=NAME_SIZE)
     axes.yaxis.set_major_formatter("{x:,.0f}")
@@ -248,6 +251,7 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
 
 
 def _draw_label(axes: Any, label: Label, height: float) -> None:
+    """Draw a mark's label at a height, 0 to 1, beside a line at the mark's time."""
     mark = label.mark
     color = colors.MARKS[mark.kind]
     axes.vlines(mark.time_ns, 0, height + 0.2, color=color, linewidth=0.5, zorder=1)
@@ -265,6 +269,7 @@ def _draw_label(axes: Any, label: Label, height: float) -> None:
 
 
 def _draw_time(axes: Any, chart: Chart[Curve]) -> None:
+    """Write times at the ticks of a panel's lowest axis, and its unit."""
     ticks = time_axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
     unit = time_axis.unit(chart.start_ns, chart.end_ns)
     step = time_axis.tick_step(chart.start_ns, chart.end_ns, TICKS_MAX)

@@ -70,6 +70,7 @@ def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 
 def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
+    """Draw each state of the ramp in its color, except rest."""
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
     end_times = np.append(times[1:], chart.end_ns)
     for state in range(REST + 1, len(RAMP_STATES)):
@@ -78,6 +79,7 @@ def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 
 def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
+    """Draw a tag's values in the colors of bands, with the text of a value where it fits."""
     assert isinstance(lane, Band)
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
     end_times = np.append(times[1:], chart.end_ns)

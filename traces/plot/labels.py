@@ -40,7 +40,8 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
     for mark in sorted(_folded(marks), key=lambda mark: KINDS.index(mark.kind)):
         left, width = (mark.time_ns - start_ns) / span, len(mark.label) * letter
         is_before = left + width > 1
-        left -= width * is_before
+        if is_before:
+            left -= width
         right = left + width
         for row, spans in enumerate(taken_spans):
             gap = GAP * letter

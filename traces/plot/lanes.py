@@ -74,6 +74,7 @@ def bit_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[Lan
 
 
 def _group(words: ModuleWords, name: str, image: str) -> str:
+    """Return the kind of lane of a bit, one of `GROUPS`."""
     if image not in INPUT:
         return "command"
     if name in words.errors or name == "POSITION_INVALID":

@@ -167,6 +167,7 @@ def _text(resource: Any) -> str:
 
 
 def _data(chart: Chart[PackedValues]) -> dict[str, object]:
+    """Return a chart as data for the page's script, without times and scan numbers."""
     return {
         "start": chart.start_ns,
         "end": chart.end_ns,
@@ -187,6 +188,7 @@ def _data(chart: Chart[PackedValues]) -> dict[str, object]:
 
 
 def _panel(panel: Panel[PackedValues]) -> dict[str, object]:
+    """Return a panel as data for the page."""
     return {
         "name": panel.name,
         "about": panel.about,

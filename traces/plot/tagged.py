@@ -79,11 +79,15 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
 
 
 def _matching(catalog: Catalog, recorded: Sequence[Signal], patterns: Sequence[str]) -> Choice:
+    """Return the recorded tags that match patterns; raise ValueError for other signals or too many tags."""
     signals: dict[str, Signal] = {}
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
-            tags = ", ".join([signal.title for signal in recorded[:6]] + ["..."] * (len(recorded) > 6))
+            titles = [signal.title for signal in recorded[:6]]
+            if len(recorded) > 6:
+                titles.append("...")
+            tags = ", ".join(titles)
             raise ValueError(f"{matches[0].name} is not a recorded tag; recorded tags: {tags or 'none'}")
         signals |= {signal.name: signal for signal in matches}
     if len(signals) > CHOSEN_MAX:
@@ -159,23 +163,23 @@ class TagReader(Generic[C]):
             finder.add(block)
 
     def panel(self, tag_marks: Sequence[Mark]) -> Panel[C]:
-        """Return the panel."""
+        """Return the panel of the tags, with their marks; tags that do not change are listed as text."""
         changing_curves = [(check.signal, curve) for check, curve in self._curves if not check.is_steady]
         rows = [_lane(signal, finder.changes()) for signal, finder in self._finders]
         bands, steady_bands = _split_by_change(row for row in rows if isinstance(row, Band))
         lanes, steady_lanes = _split_by_change(row for row in rows if not isinstance(row, Band))
         outside = _bit("from outside", self._outside.changes())
         return Panel(
-            None,
-            [(_title(signal), curve.curve()) for signal, curve in changing_curves],
-            None,
-            [outside, *lanes] if outside.value.any() else lanes,
-            steady_lanes,
-            tag_marks,
-            str(self._choice),
-            bands,
-            self._unchanged(steady_bands, steady_lanes),
-            [_title(signal) for signal, _ in changing_curves if not signal.bits],
+            slot=None,
+            curves=[(_title(signal), curve.curve()) for signal, curve in changing_curves],
+            ramp=None,
+            lanes=[outside, *lanes] if outside.value.any() else lanes,
+            steady=steady_lanes,
+            marks=tag_marks,
+            about=str(self._choice),
+            bands=bands,
+            unchanged=self._unchanged(steady_bands, steady_lanes),
+            fractional=[_title(signal) for signal, _ in changing_curves if not signal.bits],
         )
 
     def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
@@ -203,6 +207,7 @@ def _number_text(check: SteadyCheck) -> str:
 
 
 def _lane(signal: Signal, changes: Changes) -> Lane:
+    """Return the lane of a BOOL, or the band of a tag whose values have names or are texts."""
     if signal.kind is SignalKind.CODE:
         codes = changes.values.astype(np.int32)
         return Band(_title(signal), "band", changes.row, changes.time_ns, codes, signal.names)

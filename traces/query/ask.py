@@ -101,6 +101,7 @@ class _Reading:
 
 
 def _extreme(index_of: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
+    """Return the longest or shortest occurrence as a slice, which is empty if there are none."""
     if not len(occurrences):
         return slice(0)
     index = int(index_of(lengths(occurrences, rows)))
@@ -119,6 +120,7 @@ _SLICES: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {
 
 
 def _occurrences(occurrences: Occurrences, reading: _Reading) -> Iterable[Occurrence]:
+    """Yield occurrences with their scans and times, and the shown values in their first scans."""
     rows = reading.rows
     columns = (
         rows.scan(occurrences.first),

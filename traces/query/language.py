@@ -90,6 +90,7 @@ def _parser() -> Lark:
 
 
 def _problem(text: str, error: UnexpectedInput) -> str:
+    """Return where a text stops being a query, and what is unexpected there."""
     if isinstance(error, UnexpectedToken):
         if error.token.type == "$END":
             return f"column {len(text) + 1}: the query ends too early"
@@ -99,6 +100,7 @@ def _problem(text: str, error: UnexpectedInput) -> str:
 
 
 def _allowed(error: UnexpectedInput) -> str:
+    """Return what may stand at the place of an error, in words."""
     names: set[str] = set()
     if isinstance(error, UnexpectedCharacters):
         names = set(error.allowed)
@@ -187,16 +189,21 @@ class _Builder(Transformer[Token, Any]):
 
     def held(self, part: Expression, time: Token) -> Expression:
         require_type(part, Type.CONDITION)
-        least_ns, key = duration_ns(time), object()
+        least_ns, key = (
+            duration_ns(time),
+            object(),
+        )  # the key finds what earlier blocks left for this condition
         return derived(Type.CONDITION, part, lambda scans: scans.held(key, part.evaluate(scans), least_ns))
 
     def edge(self, name: Token, part: Expression) -> Expression:
+        """Return the scans in which a condition rose or fell, or in which any value changed."""
         if name != "changed":
             require_type(part, Type.CONDITION, f"{name}()")
         is_edge, key = _EDGES[name], object()
         return derived(Type.CONDITION, part, lambda scans: scans.edges(key, part.evaluate(scans), is_edge))
 
     def compare(self, left: Expression, sign: Token, right: Expression) -> Expression:
+        """Compare two values of the same type, or a text with the names of a signal's codes."""
         if right.type is Type.TEXT:
             return _text_comparison(left, right, sign)
         if left.type is Type.TEXT:
@@ -210,6 +217,7 @@ class _Builder(Transformer[Token, Any]):
     # -- numbers and times --------------------------------------------------------------------------
 
     def arithmetic(self, left: Expression, sign: Token, right: Expression) -> Expression:
+        """Calculate with two numbers or two durations; only numbers can be multiplied."""
         for operand in (left, right):
             refuse_condition(operand, str(sign))
         if sign == "*":
@@ -219,6 +227,7 @@ class _Builder(Transformer[Token, Any]):
         return joined(left.type, left, right, partial(numbers.calculated, _ARITHMETIC[sign]))
 
     def signed(self, sign: Token, part: Expression) -> Expression:
+        """Return a number or duration with its sign."""
         refuse_condition(part, str(sign))
         if sign == "+":
             return part
@@ -240,6 +249,7 @@ class _Builder(Transformer[Token, Any]):
         return leaf(Type.TEXT, token, lambda scans: str(token)[1:-1])
 
     def name(self, token: Token) -> Expression:
+        """Return the time, the number or a signal of each scan."""
         if token == "time":
             return leaf(Type.DURATION, token, lambda scans: numbers.numbers(scans.time_ns))
         if token == "scan":

@@ -131,12 +131,13 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
 
 
 def _columns(rows: ScanRows, *, tags: bool = False) -> Columns:
+    """Return rows as columns; the tags are left out unless they are requested and recorded."""
     words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
-    has_rows = tags and FIELD in (rows.dtype.names or ())
+    has_tags = tags and FIELD in (rows.dtype.names or ())
     return Columns(
-        rows["scan"].astype(np.int64),
-        rows["log_time"].astype(np.int64),
-        rows["flags"].copy(),
-        words,
-        np.ascontiguousarray(rows[FIELD]) if has_rows else None,
+        scan=rows["scan"].astype(np.int64),
+        time_ns=rows["log_time"].astype(np.int64),
+        flags=rows["flags"].copy(),
+        words=words,
+        tags=np.ascontiguousarray(rows[FIELD]) if has_tags else None,
     )

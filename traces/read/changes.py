@@ -64,10 +64,10 @@ class Row:
     @property
     def cells(self) -> tuple[str, ...]:
         """The row's texts under `ROW_TITLES`; empty if the row has no value."""
-        numbers = ["" if number is None else str(number) for number in (self.scan, self.slot)]
+        scan, slot = ("" if number is None else str(number) for number in (self.scan, self.slot))
         reports = ["" if number is None else f"{number:,}" for number in (self.position, self.encoder)]
         time = "" if self.now_ns is None else seconds_column(self.now_ns)
-        return (numbers[0], time, numbers[1], self.direction, *reports, self.text)
+        return (scan, time, slot, self.direction, *reports, self.text)
 
 
 ROW_TITLES = ("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
@@ -121,7 +121,7 @@ class ChangeRows:
             yield from self.rest()
             yield from self._changes(scan)
             if tags:
-                yield Row(scan.scan, scan.now_ns, None, "tags", None, None, tags)
+                yield Row(scan.scan, scan.now_ns, None, "tags", position=None, encoder=None, text=tags)
         self.skip(scan)
 
     def rows_of(
@@ -194,7 +194,7 @@ class ChangeRows:
             scans = "scan" if self._folded == 1 else "scans"
             names = " and ".join(name for name, has_moved in self._folded_moved.items() if has_moved)
             text = f"... {self._folded:,} {scans} in which only the {names} changed"
-            yield Row(None, None, None, "", None, None, text)
+            yield Row(None, None, None, "", position=None, encoder=None, text=text)
             self._folded = 0
             self._folded_moved = dict.fromkeys(_REPORTS.values(), False)
 
@@ -223,20 +223,23 @@ class ChangeRows:
         if scan.flags != self._flags:
             old_names: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
             text = risen_and_fallen(old_names, self._flag_names(scan.flags))
-            yield Row(scan.scan, scan.now_ns, None, "cpu", None, None, text)
+            yield Row(scan.scan, scan.now_ns, None, "cpu", position=None, encoder=None, text=text)
         for slot, slot_places in self._slots:
             for direction, image in (("in", slot_places.inputs), ("out", slot_places.outputs)):
                 if scan.memory[image] != self._memory[image]:
                     yield self._row(scan, slot, direction, image)
 
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
+        """Return the row of an image that differs from the previous scan, with its position and count."""
         old_words, new_words = (
             memoryview(memory)[image].cast("h").tolist() for memory in (self._memory, scan.memory)
         )
         value = self._formats.reader(slot.number, scan.scan)
         position, encoder = _reported(slot, direction, new_words, value)
         text = module_text(slot, direction, old_words, new_words, value)
-        return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
+        return Row(
+            scan.scan, scan.now_ns, slot.number, direction, position=position, encoder=encoder, text=text
+        )
 
 
 def _reported(slot: SlotInfo, direction: str, words: Words, value: ValueReader) -> list[int | None]:

@@ -137,6 +137,7 @@ def _beyond(column: NDArray[np.int64], value: int | None) -> int:
 
 
 def _range(kind: str, low: int, high: int | None, unit: float, suffix: str) -> str:
+    """Return a range as text, divided by a unit and with its suffix; "" if it has no limits."""
     if not low and high is None:
         return ""
     low_text, high_text = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))

@@ -41,6 +41,7 @@ def _event(scan: int, fields: Mapping[str, object]) -> str:
 
 
 def _rule(scan: int, fields: Mapping[str, object]) -> str:
+    """Return a rule as text: the bits that it set, its scan and clause, its name and chapter."""
     bits = fields.get("bits")
     names = " ".join(map(str, bits)) if isinstance(bits, list) and bits else "rule"
     chapter = str(fields.get("section", "")).partition(",")[0]
@@ -73,6 +74,7 @@ def _fault(_: int, fields: Mapping[str, object]) -> str:
 
 
 def _sequence(_: int, fields: Mapping[str, object]) -> str:
+    """Return where a sequence waits and for what, or that it is over."""
     name, line = fields.get("sequence"), fields.get("line")
     if not line:
         return f"{name} is over"

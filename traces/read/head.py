@@ -68,7 +68,15 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     other_bytes = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
     if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not other_bytes:
         raise TraceError("its schema lists no tags")
-    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, other_bytes)
+    return TraceHead(
+        profile=headers[0].profile,
+        library=headers[0].library,
+        metadata=metadata,
+        slots=slots,
+        channels=channels,
+        tags=tags,
+        rest_bytes=other_bytes,
+    )
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
@@ -106,6 +114,7 @@ def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Chan
 
 
 def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
+    """Return the contents of the metadata record "scanrack"; raise TraceError if there is none."""
     for span in spans:
         if span.opcode == Opcode.METADATA:
             record = read_record(file, span, Metadata.read)
@@ -115,6 +124,11 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
 
 
 def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
+    """Return the slots in the metadata, with the words in the schema.
+
+    Raises:
+        TraceError: the format is unknown, or the metadata does not list the slots.
+    """
     version = metadata.get("format", "")
     if version not in _FORMATS:
         known_formats = " or ".join(_FORMATS)
@@ -125,9 +139,9 @@ def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo
         return tuple(
             SlotInfo(
                 number,
-                metadata[f"slot.{number}.module"],
-                metadata[f"slot.{number}.firmware"],
-                words.get(number, PLAIN_WORDS),
+                module=metadata[f"slot.{number}.module"],
+                firmware=metadata[f"slot.{number}.firmware"],
+                words=words.get(number, PLAIN_WORDS),
             )
             for number in numbers
         )
@@ -139,6 +153,7 @@ _FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
 
 
 def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
+    """Return the recorded tags in the schema; None if the trace's format has none."""
     if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
         return None
     try:

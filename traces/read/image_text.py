@@ -95,7 +95,10 @@ def _other_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
 def in_thousands(quantity: Quantity, words: Words) -> int:
     """Return a quantity from the words of its image; if its format is not fixed, read it as thousands."""
     first_word, *units = words[quantity.word : quantity.word + quantity.words]
-    return (quantity.format or NumberFormat.THOUSANDS).reported(first_word, units[0]) if units else first_word
+    if not units:
+        return first_word
+    number_format = quantity.format or NumberFormat.THOUSANDS
+    return number_format.reported(first_word, units[0])
 
 
 def moded_wording(

@@ -88,6 +88,7 @@ class PackedScans:
         return bytes(memoryview(packed))  # a copy without the compressor's spare room
 
     def _unpack(self, packed: bytes) -> Columns:
+        """Return the columns of a packed chunk, which has `CHUNK_SCANS` scans."""
         data = zstandard.decompress(packed)
         offset, columns = 0, []
         for empty in no_columns(self._words).images():  # for type and width of each column
@@ -147,6 +148,7 @@ class View(Sequence[T], Generic[T]):
     @overload
     def __getitem__(self, row: slice) -> Sequence[T]: ...
     def __getitem__(self, row: int | slice) -> T | Sequence[T]:
+        """Return the value of a scan, or a list; a scan of another chunk computes that chunk's values."""
         if row.__class__ is int and self._start <= row < self._stop:  # read in order, as in nearly all cases
             return self._chunk_values[row - self._start]
         if isinstance(row, slice):

@@ -122,7 +122,8 @@ class Records:
         self.size, self.spans, self.notes = self._find_records(size)
         if any(span.opcode == DRAFT for span in self.spans):
             self.notes.insert(0, ENDED)
-        self._end_notes = [] if ends_whole(file, self.spans) else self.notes[-1:]  # on a missing end
+        # the last note is about a missing end; `follow` replaces it
+        self._end_notes = [] if ends_whole(file, self.spans) else self.notes[-1:]
         self.sections = find_sections(file, self.spans)
         self.shape = ScanShape(None, 0)
         if damage := summary_damage(file, self.spans):
@@ -256,10 +257,12 @@ class Trace(Records):
 
     @override
     def follow(self) -> bool:
+        """Read the new records, see `Records.follow`; renew what depends on the trace's last sections."""
         size, grown = self.size, super().follow()
         self._leave_out_repeated()
         if self.size > size:
             section_count = len(self.sections)
+            # a section that no scan followed may have one now
             self._first_scans = {
                 index: scan
                 for index, scan in self._first_scans.items()
@@ -504,6 +507,7 @@ class Trace(Records):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _note_where_it_ends(self) -> None:
+        """Note the last scan of a trace without an end; `follow` replaces these notes."""
         if self._end_notes:
             location_notes = list(self._where_it_ends())
             self.notes += location_notes
@@ -550,6 +554,7 @@ R = TypeVar("R", bound=Records)
 
 
 def _opened(path: Path, kind: Callable[..., R]) -> R:
+    """Open a file with a kind of reader; an error names the path, and closes the file."""
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise TraceError(f"{path}: it is not a file")

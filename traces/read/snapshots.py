@@ -29,6 +29,7 @@ def snapshots_of(trace: Trace) -> Mapping[int, str]:
 
 
 def _lines(data: bytes) -> dict[int, str]:
+    """Return the snapshots in an attachment by scan number; raise ValueError if a line has no number."""
     lines: dict[int, str] = {}
     for line in unpacked(data, _MOST_BYTES).decode("ascii").splitlines():
         number, _, values = line.partition(" ")

@@ -49,6 +49,7 @@ class TagText:
         return " ".join(text for field in self._fields for text in self._field(field, old_values, new_values))
 
     def _field(self, field: TagField, old: NDArray[np.void] | None, new: NDArray[np.void]) -> Iterator[str]:
+        """Yield the changed values of a field as text; without a previous row, those that are not 0."""
         values = np.atleast_1d(new[field.name][0])
         old_values = np.zeros_like(values) if old is None else np.atleast_1d(old[field.name][0])
         is_shown = _differs(values, old_values)
@@ -64,6 +65,7 @@ class TagText:
                 yield f"{name} {self._value(field, old_values[index])} -> {self._value(field, values[index])}"
 
     def _value(self, field: TagField, value: Any) -> str:
+        """Return a value as text: a recorded text in quotes, the name of an enum's code, or a number."""
         if field.tag.type == "TEXT":
             return repr(self._texts.get(int(value), f"text {value}"))
         if field.tag.type == "ENUM" and int(value) < len(field.constants):

@@ -58,6 +58,7 @@ class Catalog(Mapping[str, Signal]):
         self.slots = tuple(slots)
         slot_formats = NumberFormats() if formats is None else formats
         signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot, slot_formats))]
+        # words whose bits or values are signals
         self._covered = {name for slot in slots for name in _covered_words(slot)}
         if tags is not None:
             signals += tag_signals(tags, texts)
@@ -160,11 +161,13 @@ class Catalog(Mapping[str, Signal]):
         return constant(self._signals[code], member) if code in self._signals else None
 
     def _numbered_bit(self, name: str) -> Signal | None:
+        """Return the signal of a bit such as `slot1.in.word3.12`; None if there is no such bit."""
         word, _, number = name.rpartition(".")
         source = self._signals.get(word)
         if source is None or source.kind not in (SignalKind.WORD, SignalKind.NUMBER):
             return None
-        width = source.bits if source.kind is SignalKind.NUMBER else 32 if source is FLAGS else 16
+        word_width = 32 if source is FLAGS else 16
+        width = source.bits if source.kind is SignalKind.NUMBER else word_width
         if not (number.isdecimal() and number.isascii() and int(number) < width):
             return None
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
@@ -181,9 +184,12 @@ class Catalog(Mapping[str, Signal]):
         return [signal_name for signal_name, part in last_parts.items() if part in close_parts][:4]
 
     def _unknown(self, name: str) -> str:
+        """Return a message about a name without a signal: similar names, or the values of an array."""
         titles = [signal.title for signal in self.tags_named(name)]
         if titles:
-            example_names = [*titles[:3], *["..."] * (len(titles) > 3)]
+            example_names = titles[:3]
+            if len(titles) > 3:
+                example_names.append("...")
             return f"{name} has {len(titles)} values: write {' or '.join(example_names)}"
         close_names = self._close_to(name)
         slots = ", ".join(f"slot{slot.number}" for slot in self.slots)
@@ -196,6 +202,7 @@ class Catalog(Mapping[str, Signal]):
 
 
 def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
+    """Yield the signals of a slot: its speed, values, named bits and words."""
     number, stem, words = slot.number, f"slot{slot.number}", slot.words
     position = words.quantity("position")
     if position is not None:
@@ -221,6 +228,7 @@ def _covered_words(slot: SlotInfo) -> Iterator[str]:
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
+    """Yield the signals of a slot's named bits; inputs come first if the module has two modes."""
     places = [(name, place) for names in slot.words.groups.values() for name, place in names.items()]
     if slot.words.modes is not None:
         places.sort(key=lambda name_and_place: name_and_place[1].image not in INPUT)  # inputs first
@@ -244,6 +252,10 @@ def _value(slot: int, words: ModuleWords, quantity: Quantity, formats: NumberFor
 
 
 def _speed(slot: int, words: ModuleWords, position: Quantity, formats: NumberFormats, block: Block) -> Array:
+    """Return the measured speed in each scan of a block.
+
+    It depends on earlier and later positions, so the block's neighboring scans are read as well.
+    """
     image = block.wide_image(slot, "in")
     positions = _blanked(words, position, image, formats.values(slot, position, block.wide.scan, image))
     wide_speed = decode.speed(decode.travel(image, words, positions), block.wide.time_ns, block.margin)

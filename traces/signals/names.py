@@ -75,6 +75,7 @@ class SignalNames:
         return names_by_part
 
     def _by_part(self, key: str) -> str | None:
+        """Return the only signal with a last part; None if there is none, AmbiguousNameError if several."""
         names = self._parts.get(key, [])
         if len(names) > 1:
             choices = " or ".join(names[:4]) + (" or ..." if len(names) > 4 else "")
@@ -105,8 +106,7 @@ def is_named(signal: Signal, pattern: str) -> bool:
     r"""Return whether a pattern matches a tag's name in the trace, or the end of its full name.
 
     `*` and `?` are wildcards, and brackets are subscripts; case does not matter. As in a rack file, a name
-    also
-    matches its members and elements.
+    also matches its members and elements.
 
     >>> from .signal import SignalKind
     >>> kind = SignalKind.NUMBER

@@ -168,6 +168,7 @@ class ChunkWriter:
         return offsets
 
     def _note_times(self, first_ns: int, last_ns: int) -> None:
+        """Extend the time range of the open chunk."""
         if first_ns < self._first_ns:
             self._first_ns = first_ns
         if last_ns > self._last_ns:
@@ -191,6 +192,7 @@ class ChunkWriter:
         self._file.write(self._summary.end(self._file.tell(), self._crc))
 
     def _write_chunk(self) -> None:
+        """Write the open chunk, compressed, and its indexes in one write; begin the next chunk."""
         records = self._records
         used_entries = {channel: entries for channel, entries in self._entries.items() if entries}
         chunk = chunk_of(records, self._first_ns, self._last_ns, self._compressor)

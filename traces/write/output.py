@@ -336,7 +336,7 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
     if not path.parent.is_dir():
         raise _refusal(path, f"no directory {str(path.parent)!r}")
     if path.exists() and not path.is_file():
-        keeping = None
+        keeping = None  # a device or a pipe has no earlier recordings
     target = check_output(path, TRACE)
     reserve = _reserve(path, reserve_bytes)
     try:

@@ -118,6 +118,7 @@ class ScanRecorder:
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message_bytes))
         self._chunk_bytes = self._batch_scans * message_bytes
         if not isinstance(target, TraceFile):
+            # for the open chunk with its index, and for all that is written besides
             reserve = 2 * self._chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
             target = open_trace_file(Path(target), reserve, keeping)
         self._file = target
@@ -231,8 +232,9 @@ class ScanRecorder:
         self._write(scan, now_ns, topic, fields)
 
     def _topics(self) -> tuple[Topic, ...]:
-        texts = self._tags is not None and self._tags.plan.has_texts
-        return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders, *(SEQUENCES,) * self._sequences)
+        has_texts = self._tags is not None and self._tags.plan.has_texts
+        optional = ((TEXTS, has_texts), (ORDERS, self._orders), (SEQUENCES, self._sequences))
+        return (*TOPICS, *(topic for topic, is_used in optional if is_used))
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
         """Write the events of a scan's tags, for new texts and for values that do not fit."""
@@ -312,6 +314,7 @@ class ScanRecorder:
         raise TraceFull(self._refusal, complete=True)
 
     def _facts(self, scan_period_ns: int, seed: int) -> dict[str, str]:
+        """Return the metadata about the format, the run, the slots and the versions of the software."""
         facts = {
             "format": str(FORMAT if self._tags is None else FORMAT_WITH_TAGS),
             "layout": self._schema.layout,

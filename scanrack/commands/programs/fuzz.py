@@ -145,6 +145,7 @@ def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | Non
 
 
 def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
+    """Run a scenario, print the invariants that it breaks, and return the exit status."""
     failures = replay(bench_of(setup), read_scenario(file, setup))
     if as_json:
         say_json({"broken": [failure_row(counterexample) for counterexample in failures]})

@@ -235,6 +235,7 @@ class _Printing(AnswerListener):
 
 
 def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:
+    """Print the undecided questions, a hint if there are no properties, and the assumptions."""
     if open_questions := open_text(answers):
         say(open_questions)
     if not results:

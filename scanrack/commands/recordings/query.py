@@ -21,7 +21,7 @@ from .show import new_table, print_block
 
 
 def print_answer(answer: Answer, limit: int | None) -> None:
-    """Print the answer to a query."""
+    """Print a count, or a table of at most `limit` occurrences with the number of all."""
     if answer.aggregate == "count":
         say(answer.count)
         return
@@ -46,6 +46,7 @@ def _as_json(answer: Answer, limit: int | None) -> dict[str, object]:
 
 
 def _table(occurrences: tuple[Occurrence, ...]) -> Table:
+    """Return the occurrences as a table, with the values of the shown signals on the right."""
     result = new_table(
         "scan>", "to scan>", "time s>", "lasted", *(f"{name}>" for name in occurrences[0].shown)
     )
@@ -59,6 +60,7 @@ def _table(occurrences: tuple[Occurrence, ...]) -> Table:
 
 
 def _text(value: float | bool | None) -> str:
+    """Return a value as text: "-" for None, 0 or 1 for a bit, numbers with separated thousands."""
     if value is None:
         return "-"
     if isinstance(value, bool):
@@ -68,7 +70,7 @@ def _text(value: float | bool | None) -> str:
     return f"{value:,.1f}"
 
 
-def _query_command(
+def _query_command(  # its help is below
     trace: TraceArgument,
     text: Annotated[
         str,

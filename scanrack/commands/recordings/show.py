@@ -111,6 +111,7 @@ class Contents:
             if self.events.full and self.rows.full:
                 self.events.stopped = self.rows.stopped = True
                 break
+            # a full table needs no more scans, but sections with events are read for these
             if self.rows.full and trace.shape.only_scans(section):
                 self.rows.stopped = True
             else:
@@ -127,11 +128,11 @@ class Contents:
             self.end_ns = int(ends.time_ns[-1])
 
     def _read(self, trace: Trace, section: Section) -> None:
+        """Collect the selected events of a section, and the rows of its scans with changes."""
         for entry in trace.entries(section):
             if isinstance(entry, TraceEvent):
-                if self._selected.has(entry.scan, entry.now_ns) and (
-                    self._every or entry.topic not in ONLY_WITH_EVERY
-                ):
+                is_printed = self._every or entry.topic not in ONLY_WITH_EVERY
+                if is_printed and self._selected.has(entry.scan, entry.now_ns):
                     self.events.add([entry])
             else:
                 self._scans += len(entry)

@@ -93,6 +93,7 @@ def status(context: typer.Context) -> None:
 
 
 def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
+    """Yield the rows of `status`: decoded registers, then all others as numbers."""
     yield "motion", "moving" if client.busy else "idle"
     errors = client.errors
     yield "errors", "; ".join(f"{error.name}: {CAUSES[error]}" for error in errors) or "-"

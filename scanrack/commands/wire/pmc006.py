@@ -96,6 +96,7 @@ def status(context: typer.Context) -> None:
 
 
 def _state(client: Pmc006Client) -> Iterator[tuple[str, str]]:
+    """Yield the rows of `status`: decoded values, then all others that can be read."""
     yield "position", f"{client.position:,} steps"
     yield "status 1", _names(client.status1)
     yield "status 2", _names(client.status2)

@@ -117,6 +117,7 @@ class ConsoleLines:
         return None if self._lines.empty() else self._lines.get()
 
     def _read(self, lines: SimpleQueue[str]) -> None:
+        """Put each typed line into the queue, and "" at the end of input."""
         # not `sys.stdin`: Python can't end while a thread is inside it
         typed = b""
         while data := os.read(0, 1 << 12):
@@ -275,6 +276,7 @@ def _control_channel(line: LineService, clock: Clock, port: int | None) -> Itera
 def _serve(
     server: Server, units: Sequence[ServedUnit], clock: Clock, watchers: _Watchers, *, quiet: bool
 ) -> None:
+    """Serve until Ctrl-C; after each step, refresh the status, obey a typed line, and record."""
     typed = TypedInputs(units)
 
     def each_step() -> None:

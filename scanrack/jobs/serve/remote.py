@@ -79,7 +79,7 @@ class ExternalPlc(QuietListener):
             outputs[word_index] = signed_word(word)
 
     def answer(self, pdu: bytes) -> bytes:
-        """Return the reply to a Modbus request between two scans."""
+        """Return the reply to a Modbus request between two scans; a write puts the CPU in run mode."""
         reply = self.words.answer(self._now_ns, pdu)
         if self.words.heard_ns == self._now_ns and self.cpu.mode is not CpuMode.RUN:
             self.cpu.mode = CpuMode.RUN
@@ -87,7 +87,10 @@ class ExternalPlc(QuietListener):
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Store the scan's input words; leave run mode if the PLC is silent."""
+        """Store the scan's input words; leave run mode if the PLC is silent.
+
+        Announce silences and torn writes.
+        """
         self._now_ns = now_ns
         self._inputs = tuple(word & 0xFFFF for word in self.cpu.rack.slots[self.slot].inputs)
         heard_ns = self.words.heard_ns
@@ -153,6 +156,11 @@ def _no_logic(_scan: LogicScan) -> None: ...
 
 
 def _slot_of(modules: dict[int, str], slot: int | None) -> int:
+    """Return the number of the slot to serve: `slot`, or the only 3601 if it is None.
+
+    Raises:
+        ValueError: that slot has no 3601, or there is not exactly one.
+    """
     numbers = [number for number, module in modules.items() if module == CATALOG]
     if slot is None and len(numbers) == 1:
         return numbers[0]

@@ -85,7 +85,7 @@ def uses_of(files: Mapping[str, bytes], run_files: RunFiles) -> dict[str, FileUs
         data_names.append(panel)
     if retained is not None:
         data_names.append(checked_name(retained))
-    if Form.PYTHON in forms.values():
+    if Form.PYTHON in forms.values():  # Python can open any file
         uses = dict.fromkeys([*files, *data_names], FileUse.REACHED)
     else:
         uses = dict.fromkeys(data_names, FileUse.READ)
@@ -128,6 +128,7 @@ def _named_in_rack(
 
 
 def _rack_in(files: Mapping[str, bytes], rack: str) -> RackSpec:
+    """Return the contents of a TOML rack file in a trace; raise ValueError if they are unusable."""
     try:
         text = files[rack].decode("utf-8")
     except UnicodeDecodeError as error:

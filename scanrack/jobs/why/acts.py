@@ -43,7 +43,9 @@ MOST_TRIES = 60
 MOST_ACTS = 2
 
 _TERMINAL = re.compile(r"slot (\d+) input (?:\d+ \((\w+)\)|IN_(\w+))")
+"""A terminal in the text of a link: `slot 1 input 3 (START)`, or `slot 1 input IN_HOME` of a stepper."""
 _SLOT = re.compile(r"slot (\d+): ")
+"""The module in the text of an incident's link: `slot 1: the link to it is lost`."""
 
 
 class Rack(Protocol):
@@ -93,6 +95,7 @@ class Acts:
     tries: int
 
     def __str__(self) -> str:
+        """Return the result as a sentence."""
         goal = f"{self.tag} {_goal_text(self.requested)}"
         if self.acts is None:
             tries = "1 try" if self.tries == 1 else f"{self.tries} tries"
@@ -198,6 +201,7 @@ def _acts(bench: Rack, link: CauseLink) -> list[Act]:
 
 
 def _acts_on_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
+    """Yield the acts that could undo each cause in a chain, such as a force or an input."""
     for cause in link.walk():
         terminal = _TERMINAL.search(cause.text)
         slot = _SLOT.match(cause.text)
@@ -225,6 +229,8 @@ def _restore_act(number: int) -> Act:
 
 
 def _set_act(name: str, value: bool) -> Act:
+    """Return the act of a user who sets a tag."""
+
     def write(bench: Any) -> None:
         bench[name] = value
 
@@ -244,6 +250,10 @@ def _acts_on_panels(bench: Rack) -> Iterator[Act]:
 
 
 def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
+    """Yield acts on the inputs of an axis.
+
+    All inputs of a drive count, but only those inputs of a 3601 that are on.
+    """
     energized = bench.slot[slot.number].energized
     for name in slot.record.machine_inputs(slot.options or {}):
         if name in energized or not is_stepper(slot.words):
@@ -251,7 +261,10 @@ def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
 
 
 def _input_acts(bench: Rack, number: int, name: str) -> Iterator[Act]:
-    """Yield the acts on an input that the machine does not operate."""
+    """Yield acts on an input: open it if it is on, else press or close it.
+
+    None if the machine operates it.
+    """
     slot = next(slot_spec for slot_spec in bench.spec.slot if slot_spec.number == number)
     drive_terminal = ""
     if slot.has(Trait.MACHINE) and name in INPUT_NAMES:
@@ -275,7 +288,7 @@ def _input_act(text: str, terminal: str, *orders: actions.Action | int) -> Act:
     """Return an act that applies operator actions to a bench, with waits between them in ns."""
 
     def do(bench: Any) -> None:
-        operator_actions = OperatorActions(bench.cpu, bench.cpu.rack, None)
+        operator_actions = OperatorActions(bench.cpu, bench.cpu.rack, tags=None)
         for order in orders:
             if isinstance(order, int):
                 bench.run_for(f"{order} ns")

@@ -131,6 +131,13 @@ class Why:
         return self.debugger.suggest_inputs(tag, value, scans=scans, name=self._terminal)
 
     def _suggest_inputs_of_python(self, text: str, requested: Any, scans: int) -> Remedies:
+        """Return the smallest sets of inputs that would change a value of a Python program.
+
+        An input needs no trials. An output is read from the memory block after each trial.
+
+        Raises:
+            ValueError: the trace has no program, or see `ProgramTrials.of`.
+        """
         from scanrack.ladder.debug.remedies import of_input
 
         from .chains.program import ProgramChain
@@ -140,7 +147,9 @@ class Why:
             raise ValueError("suggested inputs need the program: the trace has none")
         chains = self._chains(deep=False)
         assert isinstance(chains, ProgramChain)
-        trials = ProgramTrials(self.recording, self.row, self.spec, self.load, self._terminal, scans)
+        trials = ProgramTrials(
+            self.recording, self.row, self.spec, self.load, terminal=self._terminal, scans=scans
+        )
         address_text = chains.names.addresses.get(chains.names.own(text), text)
         if not self.is_address(address_text):
             return trials.of(text, chains.watched(text), requested, chains.name)
@@ -170,20 +179,26 @@ class Why:
         return f"slot {slot} input {names[0]}" if names else None
 
     def _chains(self, deep: bool) -> RackChain:
+        """Return a new maker of chains: through the Python or ladder program if there is one."""
         if self.load is None or self.spec is None:
             debugger = self.debugger
             if debugger is None:
-                return RackChain(self.recording, None, deep)
-            return RackChain(self.recording, debugger.chains, deep, debugger.program)
+                return RackChain(self.recording, deep=deep)
+            return RackChain(self.recording, debugger.chains, deep=deep, program=debugger.program)
         from .chains.program import ProgramChain
         from .source.class_names import Names
         from .traced_run import fresh
 
         with fresh(self.load) as logic:
             names = Names(logic, self.words)
-        return ProgramChain(self.recording, None, deep, None, spec=self.spec, load=self.load, names=names)
+        return ProgramChain(self.recording, deep=deep, spec=self.spec, load=self.load, names=names)
 
     def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
+        """Return the chain of a Python program's input, output, sequence, axis or value.
+
+        Raises:
+            ValueError: the program has no such name.
+        """
         from .chains.program import ProgramChain
 
         chains = self._chains(deep)
@@ -207,7 +222,7 @@ class Why:
         """Return the link of a value that has not changed since the first scan, without a known cause."""
         plain = value if isinstance(value, (bool, int, float, str)) else None
         scan, now_ns = self.recording.numbers[0], self.recording.times[0]
-        return CauseLink("power-up", text, plain, scan, now_ns, "not changed since then")
+        return CauseLink("power-up", text, plain, scan, now_ns, text="not changed since then")
 
     def rack(self) -> str:
         """Return the waits of every module, and the lines that last changed its output words."""
@@ -281,6 +296,7 @@ class Why:
     # --- the rack
 
     def _slot_lines(self, slot: SlotInfo) -> Iterator[str]:
+        """Yield what a module waits for, or the inputs of a card; the first line names the slot."""
         past = SlotPast(self.past, slot)
         if slot.words.modes is not None:
             lines = waits(past)
@@ -315,6 +331,7 @@ class Why:
         return [line for text in texts for line in text.splitlines()]
 
     def _value(self, address: Address) -> Value:
+        """Return the value of a bit, or of a word, after the scan."""
         bits = Bits.at(address)
         word = self.past.words(bits.slot, bits.image, self.row)[bits.word]
         return word if address.bit is None else bool(word & bits.mask)

@@ -98,11 +98,12 @@ class RackChain:
         return cause if changed is None else replace(cause, scan=changed.scan, now_ns=changed.now_ns)
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the chain of bits of an image after a scan."""
+        """Return the chain of bits of an image after a scan; None if nothing is known about them."""
         self._question_row = row
         return self._override_of(bits, name, row) or self._explain_bits(bits, name, row)
 
     def _explain_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Return the chain of the last change of bits up to a scan, or else why they have never changed."""
         change_row = self._last_change(bits, row)
         if change_row is None:
             return self._explain_unchanged(bits, name, row)
@@ -212,13 +213,14 @@ class RackChain:
         value, start_ns = self.value(bits, row), self.recording.times[0]
         if slot.words.modes is not None and not slot.is_stepper and not self._is_terminal(slot, bits):
             state = waits(SlotPast(Past(self.recording, row), slot))[0]
-            return CauseLink("module", name, value, 0, start_ns, f"slot {slot.number}: {state}")
+            text = f"slot {slot.number}: {state}"
+            return CauseLink("module", name, value, scan=0, now_ns=start_ns, text=text)
         cause = cause_of(bits.word, bits.mask.bit_length() - 1) if slot.is_stepper else None
         if bits.address.bit is None or (slot.is_stepper and cause is None):
             return None
         if cause is None or cause.origin is Origin.TERMINAL:
             text = f"{self._terminal_text(slot, bits)}, never {'off' if value else 'on'}"
-            return CauseLink("input", name, value, 0, start_ns, text)
+            return CauseLink("input", name, value, scan=0, now_ns=start_ns, text=text)
         return self._explain_unchanged_status(bits, name, row, cause)
 
     def _explain_unchanged_status(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
@@ -226,7 +228,8 @@ class RackChain:
         slot, value, start_ns = self.slot(bits.slot), self.value(bits, row), self.recording.times[0]
         past = SlotPast(Past(self.recording, row), slot)
         if value or not cause.commands or not is_idle(past):
-            return CauseLink("module", name, value, 0, start_ns, f"slot {slot.number}: {waits(past)[0]}")
+            text = f"slot {slot.number}: {waits(past)[0]}"
+            return CauseLink("module", name, value, scan=0, now_ns=start_ns, text=text)
         commands = (bit.value for bit in CommandMsw if bit & cause.commands)
         unsent = (self._explain_unsent_command(slot, mask, row) for mask in commands)
         causes = [(link,) for link in unsent if link is not None]
@@ -285,7 +288,7 @@ class RackChain:
         self, recording: PackedTrace, job: LoadedRack, debugger: Debugger, tag: str
     ) -> CauseLink | None:
         """Explain a tag of another rack after the last scan of its recording."""
-        partner_chain = RackChain(recording, debugger.chains, self.deep, debugger.program)
+        partner_chain = RackChain(recording, debugger.chains, deep=self.deep, program=debugger.program)
         return partner_chain.of_tag(tag, len(recording.scans) - 1)
 
     def _readable_name(self, bits: Bits, name: str) -> str:
@@ -302,6 +305,7 @@ class RackChain:
         return None
 
     def _explain_change(self, bits: Bits, name: str, row: int) -> CauseLink:
+        """Return the link of a change in a scan, explained once; an override takes precedence."""
         link = self._explained.get((bits, row))
         if link is None:
             explain = self._explain_output if bits.image == "out" else self._explain_module_change
@@ -402,7 +406,8 @@ class RackChain:
         if not rules:
             return None
         scan, now_ns = self.recording.numbers[row], self.recording.times[row]
-        return CauseLink("module", f"slot {slot.number}", None, scan, now_ns, event_text(rules[0]))
+        name, text = f"slot {slot.number}", event_text(rules[0])
+        return CauseLink("module", name, None, scan=scan, now_ns=now_ns, text=text)
 
     def _meaning_of_change(self, bits: Bits, row: int) -> str:
         """Return the meaning of a bit's change, with the manual's rule; "" for a word."""
@@ -459,6 +464,7 @@ class RackChain:
         return bits.word == 1 and bits.address.bit is not None and slot.words.further.keys().isdisjoint(names)
 
     def _terminal_text(self, slot: SlotInfo, bits: Bits) -> str:
+        """Return an input as text: `slot 1 input 3 (START)`, or the name of a word."""
         if bits.address.bit is None:
             return f"slot {slot.number} {slot.words.inputs[bits.word]}"
         number = 16 * bits.word + bits.address.bit
@@ -512,6 +518,7 @@ class RackChain:
         return self._explain_change(bits, f"slot{slot.number} {slot.words.outputs[bits.word]}", row)
 
     def _events_in(self, row: int) -> list[TraceEvent]:
+        """Return the events of a scan; the first call sorts all events by scan."""
         if self._events_of_scans is None:
             self._events_of_scans = {}
             for event in self.recording.events:

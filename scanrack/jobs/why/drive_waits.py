@@ -81,6 +81,9 @@ def _position_text(past: SlotPast) -> str:
     return f"at {_quantity_text(past, 'position', past.inputs)}"
 
 
+# --- the states: each function describes one of them, and returns None in any other
+
+
 def _not_ok(past: SlotPast) -> str | None:
     if past.slot.words.configures("I", past.inputs) or not _lacks(past, "MODULE_OK"):
         return None
@@ -88,6 +91,7 @@ def _not_ok(past: SlotPast) -> str | None:
 
 
 def _configuring(past: SlotPast) -> str | None:
+    """Describe configuration mode: whether the program or the module has to leave it."""
     words = past.slot.words
     if words.modes is None or not words.configures("I", past.inputs):
         return None
@@ -110,6 +114,7 @@ def _unconfigured(past: SlotPast) -> str | None:
 
 
 def _moving(past: SlotPast) -> str | None:
+    """Describe the current motion: direction, position, and the command that began it with its target."""
     direction = next((way for way in ("CW", "CCW") if _on(past, f"MOVING_{way}")), None)
     if direction is None:
         return None
@@ -206,6 +211,7 @@ _STATES: Sequence[Callable[[SlotPast], str | None]] = (
 
 
 def _errors(past: SlotPast) -> Iterator[str]:
+    """Yield each error bit that is on: since when, the rule that set it, and what clears it."""
     words = past.slot.words
     if words.configures("I", past.inputs):
         return  # in configuration mode the bits mirror the configuration

@@ -29,6 +29,7 @@ from ..record.edits_and_forces import is_edit
 from ..record.link_losses import link_changes
 
 Span = tuple[memoryview, slice]
+"""An output image of the running program, and its place in the memory block of a recorded scan."""
 
 NO_SNAPSHOTS: Mapping[int, str] = MappingProxyType({})
 
@@ -138,6 +139,10 @@ def _from_snapshot(
 def _run(
     inputs: _RecordedInputs, debugger: Debugger, first: int, last: int, until: str | None = None
 ) -> RungsRun:
+    """Run rows `first` to `last`, or until a tag comes on.
+
+    The first row whose outputs differ from the recorded ones is noted.
+    """
     memory, recording = debugger.engine.memory, inputs.recording
     outputs: list[Span] = [
         (memory.cells[leaf.ident].cell_contents.cast("B"), recording.span((int(leaf.slot or 0), "out")))
@@ -204,6 +209,7 @@ class _RecordedInputs:
         return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
 
     def _inputs_of(self, columns: Columns) -> list[ScanInputs]:
+        """Return the inputs of some scans; `images` is None where the program did not run."""
         spans, flags = self._input_spans, columns.flags.tolist()
         # most scans have the same flags
         modes = {flag: (runs_logic(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}

@@ -113,7 +113,8 @@ def losses(events: Iterable[TraceEvent], slot: int) -> Iterator[Loss]:
 def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Override | None:
     """Return the lost link that determines a module's words in a scan, if it is lost or has just returned."""
     for loss in losses(recording.events, slot.number):
-        if loss.scan > scan or (loss.until is not None and scan >= loss.until + SETTLES):
+        is_settled = loss.until is not None and scan >= loss.until + SETTLES
+        if loss.scan > scan or is_settled:
             continue
         cause = _cause_of_loss(recording.events, slot.number, loss)
         is_removed = cause == CAUSES_OF_LOSS[FaultKind.REMOVED.value]

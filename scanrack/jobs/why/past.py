@@ -46,21 +46,22 @@ class Past:
         return tuple(chunk.words[row % CHUNK_SCANS, self._columns(slot, image)].tolist())
 
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
-        """Return the row in which bits of a word last changed, or None.
-
-        All words are 0 before the first scan, unless the recording begins in a running session.
-        """
+        """Return the row in which bits of a word last changed, or None; see `changes`."""
         rows = self.changes(slot, image, word, mask)
         return None if not rows else rows[-1]
 
     def changes(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> list[int]:
-        """Return the rows in which bits of a word changed, in order."""
+        """Return the rows in which bits of a word changed, in order.
+
+        All words are 0 before the first scan, unless the recording begins in a running session.
+        """
         column = self._column(slot, image, word)
         before = 0 if self.recording.numbers[0] == 0 else None
         rows: list[int] = []
         for number, columns in enumerate(self._chunks()):
             start = number * CHUNK_SCANS
-            values = (columns[: self.row + 1 - start, column].astype(np.int32)) & mask
+            # int32, because a mask with bit 15 does not fit int16
+            values = columns[: self.row + 1 - start, column].astype(np.int32) & mask
             if before is None:
                 before = int(values[0])
             differs = np.flatnonzero(np.diff(values, prepend=before))

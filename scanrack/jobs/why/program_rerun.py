@@ -117,6 +117,7 @@ class ProgramRerun:
 
 
 def _run_silently(replay: InputReplay, scans: Iterable[RecordedScan]) -> None:
+    """Run scans; what the program prints meanwhile is discarded."""
     streams = sys.stdout, sys.stderr
     sys.stdout = sys.stderr = _SILENT
     try:

@@ -102,6 +102,7 @@ def _read_values(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int])
 
 
 def _read_bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
+    """Yield each masked bit of a word with its value, such as `IN_CAPTURE 1`."""
     names = {bit: name for name, bit in slot.words.bits("I", word)}
     modes = slot.words.modes
     if modes is not None and word == modes.input and not value >> CONFIGURES & 1:

@@ -18,7 +18,7 @@ from dataclasses import field
 from io import StringIO
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.python.line_marks import WATCH, LineWatch
@@ -53,13 +53,20 @@ class Load:
         return self.program.parent
 
 
+class LineState(NamedTuple):
+    """The memory block and the watched value at a line of a traced scan."""
+
+    block: bytes  # the memory block
+    value: Any  # the watched value
+
+
 @dataclass(frozen=True, slots=True)
 class TracedChange:
     """A change of the memory block or of the watched value, made by a line."""
 
     line: Line  # number 0 if no line of the user's program made it
-    before: tuple[bytes, Any]  # the memory block and the watched value before
-    after: tuple[bytes, Any]  # the same after
+    before: LineState
+    after: LineState
     stands: Stands  # the conditions around the line
     values: Mapping[str, str]  # values of the names in the conditions and the line when the line began
     masks: Mapping[tuple[int, int], int]  # the program's reads up to the change, see `Reads.masks`
@@ -68,8 +75,7 @@ class TracedChange:
     def affects(self, offset: int, mask: int = ALL_BITS) -> bool:
         """Return whether masked bits of the word at an offset of the memory block changed."""
         before, after = (
-            int.from_bytes(block[offset : offset + 2], "little")
-            for block, _value in (self.before, self.after)
+            int.from_bytes(state.block[offset : offset + 2], "little") for state in (self.before, self.after)
         )
         return bool((before ^ after) & mask)
 
@@ -190,7 +196,16 @@ def fresh(load: Load) -> Iterator[ScanLogic]:
 
 
 class _Tracer:
-    """Traces a program in some scans of its replay."""
+    """Traces a program in some scans of its replay.
+
+    Args:
+        rows: the rows of the scans to trace.
+        read: reads the watched value.
+        look: receives the lines of these scans.
+
+    Attributes:
+        outcome: the changes so far.
+    """
 
     def __init__(
         self, rows: frozenset[int], read: Callable[[], Any], program: Path, look: Look | None
@@ -198,7 +213,7 @@ class _Tracer:
         self._rows, self.read, self._program, self._look = rows, read, program, look
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
-        self._reads.counts = lambda: self._lines.in_program
+        self._reads.counts = lambda: self._lines.in_program  # not those that scanrack makes between lines
         self._values: dict[Line, dict[str, str]] = {}
         self._lines_begun = 0
         self._replay: InputReplay
@@ -224,23 +239,31 @@ class _Tracer:
         finally:
             self._reads.on = False
 
-    def _watch(self) -> tuple[bytes, Any]:
-        return self._replay.block(), self.read()
+    def _watch(self) -> LineState:
+        return LineState(self._replay.block(), self.read())
 
     def _begins(self, line: Line, frame: FrameType) -> None:
+        """Keep the values of the names of a line that begins, and pass the line to `look`."""
         self._lines_begun += 1
         if self._lines_begun <= MOST_LINES_WITH_VALUES:
             stands = stands_in(line.file, line.number)
             names = [name for _, inner in stands.inside for name in inner]
-            self._reads.on = False
+            self._reads.on = False  # looking up the values is not a read by the program
             self._values[line] = values_of((*names, *stands.names), frame)
             self._reads.on = True
         if self._look is not None:
             self._look(line, frame, self._reads)
 
     def _changed(self, line: Line, before: Any, after: Any) -> None:
+        """Add a change by a line to the outcome, with the values and reads that led to it."""
         stands = stands_in(line.file, line.number)
-        masks = dict(self._reads.masks)
-        writers = () if line.number else senders(self._replay.logic, self._program)
-        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, writers)
+        change = TracedChange(
+            line,
+            before,
+            after,
+            stands,
+            values=self._values.get(line, {}),
+            masks=dict(self._reads.masks),
+            senders=() if line.number else senders(self._replay.logic, self._program),
+        )
         self.outcome.changes[self._replay.row].append(change)

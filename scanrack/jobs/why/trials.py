@@ -115,7 +115,10 @@ class ProgramTrials:
             self._replay = present
 
     def _rows(self, logic: ScanLogic, reads: Reads) -> Iterator[int]:
-        """Run a program; yield the row after each scan. Note the reads of the last scans up to `row`."""
+        """Start a replay of a program, kept in `_replay`; yield the row after each scan.
+
+        The reads of the last scans up to the row of the question are noted.
+        """
 
         def call(program: ScanLogic, scan: LogicScan) -> None:
             reads.on = replay.row >= self._row - READ_SCANS
@@ -128,7 +131,7 @@ class ProgramTrials:
         self._replay = replay = InputReplay(self._spec, recording.slots, call=call, edited=self._load.edited)
         reads.watch(replay.view.slot)
         replay.attach(logic)
-        return replay.play(recording, 1 << 62)
+        return replay.play(recording, 1 << 62)  # to the end of the recording
 
     def block(self) -> bytes:
         """Return the rack's current memory block in this run."""
@@ -137,7 +140,11 @@ class ProgramTrials:
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], target: Value, name: Callable[[Bits], str]
     ) -> tuple[list[Candidate], list[Candidate]]:
-        """Return the inputs that the program has read: terminals and module status."""
+        """Return the inputs that the program has read, at most `MOST_CANDIDATES`.
+
+        Returns:
+            Terminals, and status bits and words of modules.
+        """
         constants = [*_constants(self._load)] + ([] if isinstance(target, bool) else [float(target)])
         past = Past(self._recording, self._row)
         terminals: list[Candidate] = []
@@ -148,7 +155,7 @@ class ProgramTrials:
             source = terminal or f"slot {bits.slot}, as the module reports it"
             input_name = name(bits)
             if bit_number is None:
-                candidate = number(bits, input_name, source, value, _INT16, constants)
+                candidate = number(bits, input_name, source, value, limits=_INT16, compared=constants)
             else:
                 candidate = bit(bits, input_name, source, bool(value & bits.mask))
             (terminals if terminal else reported).append(candidate)

@@ -88,11 +88,15 @@ def searches_home(past: SlotPast) -> bool:
 
 
 def _without_link(past: SlotPast) -> str | None:
+    """Return a sentence about the lost link to a module; None if the link is not lost."""
     lost = next((loss for loss in losses(past.past.events, past.slot.number) if loss.until is None), None)
     if lost is None:
         return None
     moment = f"scan {lost.scan:,} ({seconds(lost.now_ns)} s)"
     return f"the link to it is lost since {moment}: its inputs keep their last state; no command reaches it"
+
+
+# --- the states: each function describes one of them, and returns None in any other
 
 
 def _not_ok(past: SlotPast) -> str | None:
@@ -102,6 +106,7 @@ def _not_ok(past: SlotPast) -> str | None:
 
 
 def _configuring(past: SlotPast) -> str | None:
+    """Describe configuration mode: what keeps the module in it."""
     if not past.inputs[0] & _MODE_BIT:
         return None
     state = f"in configuration mode{past.since('in', 0, _MODE_BIT)}"
@@ -123,6 +128,7 @@ def _broken_rules(past: SlotPast, words: Sequence[int]) -> str:
 
 
 def _firmware(past: SlotPast) -> Firmware:
+    """Return the firmware of a module; the latest one if it is not recorded."""
     try:
         return Firmware.parse(past.slot.firmware)
     except ValueError:  # an adapter, or a recording without the firmware
@@ -130,6 +136,7 @@ def _firmware(past: SlotPast) -> Firmware:
 
 
 def _enters_configuration(past: SlotPast) -> str | None:
+    """Describe a request for configuration mode, which waits for the end of a motion."""
     if not past.out[0] & _MODE_BIT:
         return None
     since = past.since("out", 0, _MODE_BIT)
@@ -196,6 +203,7 @@ def _held(past: SlotPast) -> str | None:
 
 
 def _programs_blend(past: SlotPast) -> str | None:
+    """Describe the next step of the handshake that transmits the blocks of a blend move."""
     if not past.out[1] & _BLENDING:
         return None
     transmitting = past.out[1] & CommandLsw.BLEND_TRANSMIT
@@ -256,10 +264,12 @@ def _command_bits(mask: int) -> list[CommandMsw]:
 
 
 def _errors(past: SlotPast) -> Iterator[str]:
+    """Yield each error bit that is on: since when, its cause, and what clears it."""
     status = past.inputs[0]
     if status & _MODE_BIT:
         return  # the configuration error has been reported, and the other bits mirror the configuration
     profile = profile_of(past.slot.words)
+    # as in the masks: word 0 in the low half, word 1 in the high half
     status_bits = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
     for name, mask in profile.masks.items():
         if mask & profile.error_bits & status_bits:

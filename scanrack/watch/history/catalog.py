@@ -111,7 +111,7 @@ class Catalog:
         }
         rows = []
         for tag in tag_values(self._layout, ["*"]) if self._layout.tags() else []:
-            stem = tag.name.split("[")[0]
+            stem = tag.name.split("[")[0]  # shortened to the next declared name: members have no comment
             while stem and stem.upper() not in comments:
                 stem = stem.rpartition(".")[0]
             rows.append(
@@ -183,6 +183,7 @@ class Catalog:
         return page_routine, answer | {"addresses": self.addresses(page_routine.names)}
 
     def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
+        """Return the tags of a sequential function chart, and the answer with its drawing; see `show`."""
         program = program_of(routine.name)
         resolver = Resolver(self._layout, program)
         drawn = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
@@ -190,10 +191,12 @@ class Catalog:
         return PageRoutine(routine.name, {}, (), drawn.names), answer
 
     def _diagram(self, routine: Routine, drawing: Drawing) -> tuple[PageRoutine, Json]:
+        """Return the tags of a function block diagram, and the answer with its drawing; see `show`."""
         program = program_of(routine.name)
         resolver = Resolver(self._layout, program)
 
         def tag_of(text: str) -> tuple[str, bool] | None:
+            """Return the tag that a pin names, and whether it is a bit; None for any other text."""
             try:
                 address = parse_expression(text)
             except LadderError:  # the name of a pin need not be a tag
@@ -209,6 +212,7 @@ class Catalog:
         return PageRoutine(routine.name, {}, (), drawn.names), answer
 
     def _rungs(self, routine: Routine, columns: int, *, operands: bool) -> tuple[PageRoutine, Json]:
+        """Return the rungs of a routine with their tags, and the answer with their drawings; see `show`."""
         names: dict[str, None] = {}
         drawn = []
         for number, rung in enumerate(routine.rungs):
@@ -238,6 +242,7 @@ class Catalog:
         )
 
     def _text(self, routine: Routine) -> tuple[PageRoutine, Json]:
+        """Return the lines of structured text with their tags, and the answer with the text; see `show`."""
         names: dict[str, None] = {}
         lines = []
         for statement in routine.statements or ():
@@ -249,6 +254,7 @@ class Catalog:
         return page_routine, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
+        """Return the full names of the tags with a single value in a text, each once."""
         names: dict[str, None] = {}
         for name in _words(text):
             qualified = self._qualified(program, name)
@@ -257,6 +263,7 @@ class Catalog:
         return list(names)
 
     def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
+        """Return the full name of an address; None if it is unknown or of more than one value."""
         try:
             place = resolver.address(address)
         except LadderError:
@@ -275,6 +282,7 @@ class Catalog:
         return name if stem.upper() in declared else None
 
     def _is_single(self, name: str) -> bool:
+        """Return whether a name is that of a single value, not of a structure or an array."""
         try:
             return isinstance(self._tags[name], (bool, int, float, str))
         except ValueError:
@@ -348,6 +356,7 @@ def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
 
 
 def _words(text: str) -> Iterable[str]:
+    """Yield the parts of a text that may be the name of a tag or of its member."""
     word = ""
     for character in f"{text} ":
         if character.isalnum() or character in "_.[]:\\":

@@ -169,6 +169,7 @@ class EventLog:
         self._lines.add(event["scan"], {**self._lines.latest, event["sequence"]: wait})
 
     def _take_press(self, scan: int, text: str) -> None:
+        """Note the value that an action has set, and by whom; text that is no known action is ignored."""
         try:
             action = action_of(parsed(text), RECORDED)
         except ValueError:
@@ -179,10 +180,12 @@ class EventLog:
             case Write(tag, value, by):
                 self._pressed.set_value(scan, tag, [value, by])
             case Store(tag=tag, client=client, part=part):
+                # `pressed_at` prefers values in `_pressed`, so a later write must replace them there
                 history = self._pressed if tag + part in self._pressed.latest else self._stored
                 history.set_value(scan, tag + part, [None, client])
 
     def _take_rule(self, event: Mapping[str, Any]) -> None:
+        """Note a rule as the latest one for each bit that it set; forget the oldest ones if too many."""
         for bit in event.get("bits") or ():
             rule = {
                 "slot": event.get("slot", 0),
@@ -286,6 +289,7 @@ class _StateHistory:
 
 
 def _fault_of(event: Mapping[str, Any]) -> Fault:
+    """Return the fault that an event of /faults describes."""
     cause = next((candidate for candidate in Cause if candidate.value == event.get("cause")), Cause.PROGRAM)
     where, text = str(event.get("where", "")), str(event.get("text", ""))
     site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
@@ -308,6 +312,7 @@ def _row_of(event: Mapping[str, Any]) -> Json:
 
 
 def _event_text(event: Mapping[str, Any]) -> str:
+    """Return the fields of an event without a text, as text."""
     if event.get("topic") == FORCES:
         return _forces_text(event)
     skipped = ("scan", "t", "topic", "kind", "slot")
@@ -315,6 +320,7 @@ def _event_text(event: Mapping[str, Any]) -> str:
 
 
 def _forces_text(event: Mapping[str, Any]) -> str:
+    """Return the forced addresses and tags with their values, bits as 0 or 1."""
     images = {key: value for key, value in event.items() if key not in _NOT_FORCED}
     forces = {**images, **event.get("tags", {})}
     numbers = {name: int(value) if isinstance(value, bool) else value for name, value in forces.items()}

@@ -44,6 +44,9 @@ class Indexer:
 
     Args:
         programs: the program and its edited versions, without routines in Python.
+        slots: the word names of the modules, by slot.
+        recorded: the events of the recording, for its actions and lost links.
+        keep: receives the snapshots of the program's values.
     """
 
     def __init__(
@@ -56,7 +59,7 @@ class Indexer:
     ) -> None:
         program, *editions = programs
         modules = [SlotInfo(number, "", words=words) for number, words in slots.items()]
-        self._replay = InputReplay(spec, modules, edited=lambda _number: editions.pop(0))
+        self._replay = InputReplay(spec, modules, edited=lambda _number: editions.pop(0))  # in order
         self._debugger = Debugger(program, remembered=0)
         self._replay.attach(self._debugger)
         self._notes = LadderNotes(self._debugger, keep, EVERY)

@@ -65,7 +65,7 @@ def points_of(times: Sequence[int], values: Sequence[Any], previous: Any = UNKNO
         return _stretches(times, values, changes[0], _envelope)
     if all(isinstance(value, bool) for value in changed_values):
         return _stretches(times, values, changes[0], _counted)
-    unknown = [times[changes[0]], None]
+    unknown = [times[changes[0]], None]  # a text: only its last changes are shown
     return [unknown, *(_point(times[index], values[index]) for index in changes[1 - MOST_POINTS :])]
 
 
@@ -181,6 +181,10 @@ class TagLanes:
         return self._with_images(self._past(plain_names, first, end), images), following
 
     def _past(self, names: Sequence[str], first: int, end: int) -> Json:
+        """Return a piece of past scans, repeated if possible.
+
+        Otherwise its values are recorded, or were read at intervals if they are not recorded.
+        """
         if not names:
             return self._observed((), first, end)
         if self._replica is not None and not self._replica.is_impure:
@@ -190,7 +194,9 @@ class TagLanes:
         if not values:
             return observed
         piece = self._piece(values, times, values)
-        for name, points in observed["tags"].items() if piece else ():
+        if not piece:
+            return piece
+        for name, points in observed["tags"].items():
             piece["tags"][name] = [point for point in points if point[0] < piece["to"]]
         return piece
 
@@ -231,14 +237,19 @@ class TagLanes:
         return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
-        """Repeat scans and return the values after each."""
+        """Return the values after each of some scans, repeated unless they were requested last."""
         request = first, last, names
         latest = self._latest_series
-        if latest is None or latest[0] != request or not latest[1][0]:
-            latest = self._latest_series = request, self._repeat(names, first, last)
-        return latest[1]
+        if latest is not None and latest[0] == request:
+            times, values = latest[1]
+            if times:  # otherwise the scans may have become available
+                return times, values
+        series = self._repeat(names, first, last)
+        self._latest_series = request, series
+        return series
 
     def _repeat(self, names: tuple[str, ...], first: int, last: int) -> Series:
+        """Repeat scans; return their times, and the tags' values after each of them."""
         replica = self._replica
         times: list[int] = []
         values: dict[str, list[Any]] = {name: [] for name in names}

@@ -168,6 +168,7 @@ class SessionScans(Source):
         return len(rows), map(self._inputs, scans_in(rows))
 
     def _inputs(self, scan: RecordedScan) -> ScanInputs:
+        """Return the inputs of a scan: its images, and the writes and forces that were noted about it."""
         noted = self._store.inputs.get(scan.number)
         images: Sequence[bytes] | None = None
         if runs_logic(scan.flags):

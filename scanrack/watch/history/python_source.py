@@ -37,6 +37,7 @@ def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
 
 
 def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
+    """Yield the tokens that have a kind, and their kinds; stop at text that can't be tokenized."""
     previous = ""
     try:
         for token in tokenize.generate_tokens((f"{line}\n" for line in lines).__next__):

@@ -133,7 +133,8 @@ class RecordedEvents:
     def _states_in(self, scan: int | None) -> _LatestStates:
         """Return the states in a scan, from the known chunks up to the one that contains the scan."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))
-        if self._latest_states[:2] != (scan, len(logs)):
+        latest = self._latest_states
+        if (latest.scan, latest.log_count) != (scan, len(logs)):
             lines: Json = {}
             pressed: Json = {}
             rules: dict[tuple[int, str], Json] = {}
@@ -154,6 +155,7 @@ class RecordedEvents:
         return link_changes(self._between(first, last, INDICATORS), slot)
 
     def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
+        """Return the events of a topic in the scans from `first` to `last`, inclusive."""
         trace, topics = self._trace, {topic}
         begin, end = max(0, trace.place_of(first) - 1), trace.place_of(last)
         chunks = [chunk for chunk in trace.sections[begin : end + 1] if trace.may_contain(chunk, topics)]
@@ -174,9 +176,10 @@ class RecordedEvents:
         unread_most = 0 if scan == self._last_scan else AT_ONCE
         self._last_scan = scan
         for index in reversed(self._up_to(self._with_events, scan)):
-            unread_most -= index not in self._logs
-            if unread_most < 0:
-                return
+            if index not in self._logs:
+                if not unread_most:
+                    return
+                unread_most -= 1
             yield self._log(index)
 
     def _log(self, index: int) -> EventLog:

@@ -82,7 +82,10 @@ class Timeline:
         return self._latest_tags[1]
 
     def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
-        """Return the times, ns, of the scans from `first` to `last`, and the values of each recorded tag."""
+        """Return the times, ns, of some scans, and the values of those names that are recorded.
+
+        Both are empty if none of the names is recorded.
+        """
         trace = self.opened()
         plan = None if trace is None else trace.head.tags
         if trace is None or plan is None:
@@ -138,6 +141,7 @@ class Timeline:
     # --- the trace
 
     def _recorded(self) -> tuple[int, int] | None:
+        """Return the first and the last scan of the trace, kept until it grows; None without scans."""
         if self._extent is None:
             trace = self.opened()
             ends = None if trace is None else extent(trace).scan.tolist()
@@ -173,6 +177,7 @@ class Timeline:
         return self._rows(None if trace is None else read_columns(trace, selection))
 
     def _rows(self, columns: Columns | None) -> Rows:
+        """Return columns of the trace as rows of the ring; fields that are not recorded are 0."""
         rows = np.zeros(0 if columns is None else len(columns.scan), self.recent.dtype)
         if columns is not None:
             rows["scan"] = rows["again"] = columns.scan
@@ -205,6 +210,7 @@ def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
 
 
 def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:
+    """Return a recorded value as a page shows it: texts and enums have numbers in a trace."""
     match field.tag.type:
         case "BOOL":
             return [bool(element) for element in value] if isinstance(value, list) else bool(value)

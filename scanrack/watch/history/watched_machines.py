@@ -45,7 +45,8 @@ class _Zero:
         resting = not self._any_on(inputs, "MOVING_CW", "MOVING_CCW")
         invalid = self._any_on(inputs, "POSITION_INVALID")
         was_preset = resting and self.resting and shaft == self.shaft and position != self.position
-        if was_preset or (self.invalid and (resting or not invalid)):
+        may_be_homed = self.invalid and (resting or not invalid)
+        if was_preset or may_be_homed:
             self.shaft_of_zero = shaft - position
         self.position, self.shaft, self.resting, self.invalid = position, shaft, resting, invalid
         return self.shaft_of_zero
@@ -61,6 +62,7 @@ class _WatchedMachine(NamedTuple):
     zero: _Zero
 
     def read(self) -> tuple[int, ...]:
+        """Return the machine's numbers, see `PER_SLOT`."""
         figures = self.device.figures()
         formats = self.device if isinstance(self.device, ModuleWithFormats) else None
         format = NumberFormat.THOUSANDS if formats is None else formats.number_format

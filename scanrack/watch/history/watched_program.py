@@ -34,6 +34,7 @@ class Values:
 
     Attributes:
         values: values by variable identifier, see `ladder.state.snapshots`.
+        program: number of edits of the program before the scan.
         truths: power in the previous scan, only for a program with Python routines.
     """
 
@@ -51,6 +52,7 @@ class Inputs:
         writes: external writes since the previous scan: identifier, element, value.
         forces: forces in effect from this scan.
         images: the input images that the program read; None = the rack's images.
+        program: number of edits of the program before the scan.
     """
 
     scan: int
@@ -64,6 +66,7 @@ class LadderNotes:
     """The notes of a ladder program, as `runtime.live.tap.Notes`.
 
     Args:
+        write: receives the notes.
         every: number of scans between two snapshots.
 
     Attributes:
@@ -94,6 +97,7 @@ class LadderNotes:
             self.send_values(scan + 1)
 
     def _note(self, debugger: Debugger, scan: int) -> None:
+        """Write the inputs of the latest scan if it had writes, images of its own or new forces."""
         entry, forces = debugger.latest, debugger.engine.memory.forces
         fresh = None if entry is self._entry else entry
         is_written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
@@ -102,7 +106,7 @@ class LadderNotes:
         self._entry, self._forces, self._noted_version = entry, forces, debugger.news
 
     def send_values(self, scan: int) -> None:
-        """Write the values before a scan."""
+        """Write the values before a scan; the next note then writes its forces even if unchanged."""
         debugger, engine = self._debugger, self._debugger.engine
         truths = engine.truths if debugger.interpreted else None
         self._write(Values(scan, snapshot(engine.memory), len(debugger.edits), truths))

@@ -74,6 +74,7 @@ class PythonNotes:
         self._codes = {value.name: compile(value.name, "<watched>", "eval") for value in values}
 
     def _read(self, scan: int) -> None:
+        """Read the values after a scan and send the changed ones; search for new ones now and then."""
         if self._reads % FIND_EVERY == 0:
             self._find()
         self._reads += 1

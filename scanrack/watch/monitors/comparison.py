@@ -67,10 +67,11 @@ def described(path: Path, rack: RackSpec, page_trace: Path, parent: str | None) 
     if metadata.get("name") != rack.name or slots != sorted((slot.number, slot.module) for slot in rack.slot):
         return None
     is_branch = metadata.get("parent") == page_trace.name
+    relation = "branch" if is_branch else ""
     return {
         "name": path.name,
         "date": datetime.fromtimestamp(changed_s).astimezone().isoformat(timespec="seconds"),
-        "relation": "parent" if path.name == parent else "branch" if is_branch else "",
+        "relation": "parent" if path.name == parent else relation,
         "scan": int(metadata.get("parent_scan", 0)) if is_branch else None,
     }
 
@@ -87,7 +88,8 @@ class Comparison:
     """
 
     def __init__(self, monitor: Monitor, name: str, opened: OpenedBeside) -> None:
-        self.name, self._own, (self.other, self._close) = name, monitor, opened
+        self.name, self._own = name, monitor
+        self.other, self._close = opened
         self._page, self._routine = Page(), ""
 
     def close(self) -> None:

@@ -48,7 +48,10 @@ def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
 
 
 def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
-    """Check and draw edited rungs."""
+    """Check edited rungs and draw them.
+
+    The answer has the rungs with their mistakes, undeclared tags, and whether the draft may be accepted.
+    """
     program, catalog = _edited(monitor)
     columns = columns_in(question)
     draft = _draft(program, question, ("columns",))
@@ -68,6 +71,7 @@ def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
 
 
 def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
+    """Return an edited rung for a page: its mistakes, and its drawing if it is a rung."""
     edit = checked.edit
     fields = {
         "routine": edit.routine,
@@ -96,9 +100,13 @@ def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
         raise ValueError("the program on which the draft is based is no longer known")
     rebased = moved(base_program.ladder, program.ladder, [RungEdit(*rung) for rung in draft.rungs])
     declared = program.ladder.build().layout.declarations
-    tags = [tag for tag in draft.tags if scoped(tag[2], tag[0]).upper() not in declared]
+    tags = [tag for tag in draft.tags if _full_name(NewTag(*tag)).upper() not in declared]
     moved_rungs = [(edit.routine, edit.rung, edit.texts) for edit in rebased.edits]
     return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": rebased.conflicts}
+
+
+def _full_name(tag: NewTag) -> str:
+    return scoped(tag.program, tag.name)
 
 
 def would(monitor: Monitor, page: Page, question: Question) -> None:
@@ -119,9 +127,16 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
     rows = monitor.subject.timeline.between(first, last)
     inputs = [scan_inputs for scan, scan_inputs in program.store.inputs.items() if first <= scan <= last]
     package = ReplayPackage(
-        first, program.store.values(start), program.store.forces(first), inputs, rows,
-        monitor.subject.spec.layout, ran, draft.rungs, draft.tags,
-    )  # fmt: skip
+        first=first,
+        values=program.store.values(start),
+        forces=program.store.forces(first),
+        inputs=inputs,
+        rows=rows,
+        layout=monitor.subject.spec.layout,
+        ran=ran,
+        rungs=draft.rungs,
+        tags=draft.tags,
+    )
     monitor.processes.start(page, question.get("id"), effects(package))
 
 
@@ -134,6 +149,7 @@ def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> On
 
 
 def _parsed(question: Question, more: Sequence[str] = ()) -> Online:
+    """Return the draft in a question; `more` are other keys that the question may have."""
     fields = {key: value for key, value in question.items() if key not in ("id", "do", *more)}
     draft = action_of({"do": "online", "step": "accept", **fields}, {"online": Online})
     assert isinstance(draft, Online)

@@ -63,7 +63,11 @@ def answer(package: ReplayPackage) -> dict[str, Any]:
 
 
 def _programs(package: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLogic]:
-    """Return the running and the edited program."""
+    """Load the running program, and a copy with the edited rungs from `folder`.
+
+    Raises:
+        ValueError: a program has routines in Python, so that it can't be tried.
+    """
     edited_folder, running = folder / "edited", package.ran
     copytree(running.place, edited_folder)
     file = edited_folder / running.program.partition(":")[0]
@@ -126,10 +130,13 @@ def _unequal(
 
 
 def _replica(package: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
+    """Return a replica of a program with the given values and the inputs of the package."""
     store, rows = SnapshotStore(), RecentRows(package.rows.dtype)
     rows.add(package.rows)
-    store.take(Values(package.first, dict(values), 0))
-    for inputs in (Inputs(package.first - 1, (), package.forces, None, 0), *package.inputs):
+    store.take(Values(package.first, dict(values), program=0))
+    # forces of a scan are looked up in the notes before it
+    forces_note = Inputs(package.first - 1, writes=(), forces=package.forces, images=None, program=0)
+    for inputs in (forces_note, *package.inputs):
         store.take(inputs)
     return ProgramReplica(program, package.layout, rows, store)
 

@@ -46,7 +46,7 @@ def slots_of(spec: RackSpec) -> list[Json]:
 
 
 def slot_of(slot: SlotSpec) -> Json:
-    """Return a slot for `hello`."""
+    """Return a slot for `hello`: its words, bits, values, inputs, lamps and machine."""
     words = slot.words
     return {
         "number": slot.number,
@@ -70,7 +70,7 @@ def _title(slot: SlotSpec) -> str:
 
 
 def bits_of(slot: int, words: ModuleWords) -> list[Json]:
-    """Return the named bits of a module."""
+    """Return the named bits of a module for `hello`, each with its address and section of the manual."""
     rows = []
     stepper = words if is_stepper(words) else None
     for group, names in words.groups.items():
@@ -109,7 +109,10 @@ def addresses_of(spec: RackSpec) -> list[Json]:
 
 
 def inputs_of(slot: SlotSpec) -> list[Json]:
-    """Return the inputs of a module, including whether a person or a machine operates each."""
+    """Return the inputs of a simulated module for `hello`.
+
+    People operate inputs of kind "button"; the machine operates cams, stations and switches.
+    """
     if slot.is_live:
         return []
     wired = slot.words.groups.get("input")
@@ -211,7 +214,10 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
 
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:
-    """Yield the conditions of modules that a page can set, with named states as choices."""
+    """Yield one row for the conditions that a page can set in modules, if any module has some.
+
+    The named states of the first such module are the choices.
+    """
     slots = [slot for slot in spec.slot if not slot.is_live and slot.record.conditions]
     if not slots:
         return

@@ -125,6 +125,7 @@ class Marks:
     # --- marks of events and rows
 
     def _sorted(self) -> tuple[list[Mark], list[int]]:
+        """Return the known marks in order, and their scans; sort them again if more are known."""
         version = len(self._row_marks), *self._recorded.version
         if self._cache[0] != version:
             rule_scans: dict[tuple[int, str], list[int]] = {}
@@ -148,15 +149,18 @@ class Marks:
                 yield self._rule_mark(event, bits)
 
     def _rule_mark(self, event: Json, bits: Sequence[str]) -> Mark:
+        """Return the mark of a rule, which is an error if the rule set an error bit."""
         slot, name = event["slot"], event["name"]
         is_after_power_up = event["scan"] > 0  # bits that are on at power-up are no errors
         errors = self._words[slot].errors if slot in self._words and is_after_power_up else ()
         error = next((rule_bit for rule_bit in bits if rule_bit in errors), "")
         bit = self._errors.bit(slot, error)
         kind, text = "error" if error else "rule", f"{event['text']} [{name}]"
-        return Mark(event["scan"], event["t"], kind, text, slot, error or name, bit.address if bit else "")
+        address = bit.address if bit else ""
+        return Mark(event["scan"], event["t"], kind, text, slot=slot, name=error or name, tag=address)
 
     def _take(self, rows: Rows) -> None:
+        """Add the marks of successive rows: error bits that came on, mode changes, restarts."""
         if not len(rows):
             return
         self._row_marks += [self._error(rows[index], bit) for index, bit in self._errors.all(rows)]
@@ -174,8 +178,8 @@ class Marks:
 
     @staticmethod
     def _error(row: Any, bit: ErrorBit) -> Mark:
-        text = f"{bit.name} came on"
-        return Mark(int(row["scan"]), int(row["now_ns"]), "error", text, bit.slot, bit.name, bit.address)
+        scan, now_ns, text = int(row["scan"]), int(row["now_ns"]), f"{bit.name} came on"
+        return Mark(scan, now_ns, "error", text, slot=bit.slot, name=bit.name, tag=bit.address)
 
 
 def _has_rule_mark(mark: Mark, rule_scans: Mapping[tuple[int, str], Sequence[int]]) -> bool:

@@ -69,6 +69,11 @@ class SessionFacts:
 class Subject:
     """A rack and its programs for pages.
 
+    Args:
+        machines: the slots with a machine whose figures are in the rows.
+        dtype: type of the rows.
+        trace: path of the recording; None without one.
+
     Attributes:
         programs: the programs by scan, at least one before a page joins.
     """
@@ -259,6 +264,7 @@ class Monitor(ABC):
         return self.states.up_to(LAST_SCAN, ALL_EVENTS)
 
     def _before_the_first_scan(self) -> Json:
+        """Return the picture of a page before the first scan: mode, forces, and values that were set."""
         return {
             "mode": self.subject.spec.mode,
             "forced": self.states.forces_at(None),
@@ -275,8 +281,10 @@ class Monitor(ABC):
         return page.row if page.row is not None else self.latest
 
     def _picture(self, page: Page, row: Row) -> Json:
+        """Return what a page shows of a scan: states of the session, images, machines and program."""
         past = page.past
-        scan, extent = int(row["scan"]), self.subject.timeline.extent
+        scan, timeline = int(row["scan"]), self.subject.timeline
+        extent, earlier_row = timeline.extent, timeline.between(scan - SPEED_SCANS, scan)[:1]
         return {
             "scan": scan,
             "t": int(row["now_ns"]),
@@ -291,7 +299,7 @@ class Monitor(ABC):
             **self.state(past=past is not None),
             **self.subject.row_layout.picture_of(
                 row,
-                self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1],
+                earlier_row,
                 self.states.formats,
                 past=past is not None,
             ),
@@ -312,6 +320,10 @@ class Monitor(ABC):
         ]
 
     def _program(self, page: Page, scan: int) -> Json:
+        """Return the power and the tags that a page shows in a scan.
+
+        `known` is False if the scan of a ladder program can't be shown yet.
+        """
         subject = self.subject
         program = subject.programs.at(page.past)
         replica = program.live if page.past is None else program.past

@@ -111,8 +111,16 @@ class QuestionProcesses:
                 pickle.dump(question.arguments, input_file)
                 input_file.seek(0)
                 process = launch(HELPER, question.module, stdin=input_file, stdout=output, stderr=errors)
-            until_ns = wall_ns() + question.patience_s * 1_000_000_000
-            pending = _Pending(page, number, question, process, files.pop_all(), output, errors, until_ns)
+            pending = _Pending(
+                page,
+                number,
+                question,
+                process=process,
+                files=files.pop_all(),
+                output=output,
+                errors=errors,
+                until_ns=wall_ns() + question.patience_s * 1_000_000_000,
+            )
             self._pending.append(pending)
 
     def tick(self) -> None:
@@ -130,6 +138,7 @@ class QuestionProcesses:
             self._end(pending, "the session has ended")
 
     def _finish(self, pending: _Pending) -> None:
+        """Send the answer of a process that has ended, or the last line of its errors."""
         with pending.files:
             output, errors = _read(pending.output), _read(pending.errors)
         self._pending.remove(pending)
@@ -140,6 +149,7 @@ class QuestionProcesses:
             self._send_answer(pending, {"refused": f"{pending.question.command} failed: {last_line}"})
 
     def _end(self, pending: _Pending, reason: str) -> None:
+        """End a process, and refuse its question for a reason."""
         pending.process.kill()
         pending.process.wait()
         pending.files.close()

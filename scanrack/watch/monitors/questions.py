@@ -182,7 +182,8 @@ def since(monitor: Monitor, page: Page, question: Question) -> Json:
     change, unsearched = last_change(monitor, tag, int(row["scan"]) if end is None else end)
     if change is None:
         extent = monitor.subject.timeline.extent
-        return {"since": None, "from": None if unsearched <= (extent[0] if extent else 0) else unsearched}
+        first = extent[0] if extent else 0
+        return {"since": None, "from": unsearched if unsearched > first else None}
     change_row = monitor.subject.timeline.row(change.scan)
     now_ns = None if change_row is None else int(change_row["now_ns"])
     return {"since": {"scan": change.scan, "t": now_ns, "before": change.before}, "from": unsearched}

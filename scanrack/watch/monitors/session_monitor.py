@@ -124,10 +124,12 @@ class SessionMonitor(Monitor):
 
     @override
     def state(self, *, past: bool) -> Json:
+        """Return the state of the session, whose speed is 0 while it is paused; see `Monitor.state`."""
         session = self.session
         paused = bool(session["paused"])
+        present = "paused" if paused else "live"
         fields: Json = {
-            "state": "past" if past else "paused" if paused else "live",
+            "state": "past" if past else present,
             "paused": paused,
             "speed": {"requested": session["speed"], "reached": 0 if paused else self._reached},
             "late": self._late,
@@ -146,6 +148,7 @@ class SessionMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
+        """Add a page; tell it about an error bit that is on, a mistake, a preview and edited rungs."""
         super().join(page)
         self._report_present_error(page)
         for kind, content in self._lasting.items():
@@ -181,9 +184,11 @@ class SessionMonitor(Monitor):
             show_panel(self)
 
     def _take_rows(self) -> Rows:
+        """Add the new rows of the ring and return them; count late scans and lost rows."""
         batch = self._ring.take(self._rows_at)
         self._rows_at = batch.end
-        self._missed += max(0, batch.lost) if self.latest is not None else 0
+        if self.latest is not None:  # rows from before this monitor are not missed
+            self._missed += max(0, batch.lost)
         self._late += count_flag(batch.rows, ScanFlag.OVERRUN)
         self.subject.recent.add(batch.rows)
         if len(batch.rows):
@@ -220,6 +225,7 @@ class SessionMonitor(Monitor):
             self.subject.keep(pickle.loads(record))
 
     def _take_messages(self) -> None:
+        """Handle the new messages of the scan process; new pages also get the lasting ones."""
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
             self._ring.head[REQUESTS] += 1  # request the state, which may have been in a lost message
@@ -348,6 +354,7 @@ class SessionMonitor(Monitor):
 
     @override
     def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        """Send an action to the scan process; its answer goes to the page later, see `_take_answer`."""
         if message.get("do") not in PAGE_ACTIONS:
             names = ", ".join((*PAGE_ACTIONS, *QUESTIONS))
             raise ValueError(f"no action {str(message.get('do'))[:60]!r}; choose from {names}")
@@ -355,11 +362,13 @@ class SessionMonitor(Monitor):
         if self.about.read_only:
             raise ValueError("this session is read-only: it accepts no actions")
         if isinstance(action, Online) or (isinstance(action, Press | Write) and action.by):
+            # name the page, in addition to the control that the page has named
             action = replace(action, by=", ".join(filter(None, (action.by, f"page {page.number}"))))
         self._unanswered[self._actions_sent + 1] = page, number
         self._send_action(action)
 
     def _send_action(self, action: Action) -> None:
+        """Send an action with the next number, and tell the scan process that one is waiting."""
         self._actions_sent += 1
         message = {"id": self._actions_sent, "order": message_of(action)}
         self._pipe.send_bytes(json.dumps(message, ensure_ascii=False, allow_nan=False).encode())

@@ -39,6 +39,7 @@ def last_change(monitor: Monitor, tag: str, scan: int) -> Search:
 
 
 def _of_image(monitor: Monitor, address: Address, scan: int) -> Search:
+    """Search the rows for the last change of an image's word or bit."""
     first = max(0, scan - BACK)
     rows = monitor.subject.timeline.between(first, scan)
     values = values_at(rows, monitor.subject.spec.layout, address)
@@ -49,6 +50,7 @@ def _of_image(monitor: Monitor, address: Address, scan: int) -> Search:
 
 
 def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Search:
+    """Search for the last change of a tag by repeating scans; the replica shows the given scan again."""
     if replica.is_impure:
         raise ValueError("the program calls routines in Python: its scans are not run again")
     change_scan = replica.last_change(lambda engine: value_of(engine.tags, tag), scan)
@@ -56,7 +58,8 @@ def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Search:
     if change_scan and replica.show(change_scan - 1):
         old_value = shown_value(value_of(replica.engine.tags, tag))
     replica.show(scan)
-    return None if change_scan is None else LastChange(change_scan, old_value), replica.looked_back(scan)
+    change = None if change_scan is None else LastChange(change_scan, old_value)
+    return change, replica.looked_back(scan)
 
 
 def _of_python(monitor: Monitor, name: str, scan: int) -> Search:
@@ -68,5 +71,6 @@ def _of_python(monitor: Monitor, name: str, scan: int) -> Search:
     for index in range(len(values) - 1, 0, -1):
         if not same(values[index], values[index - 1]):
             return LastChange(first + index, shown_value(values[index - 1])), first
-    change = subject.history.last_change(name, scan)
-    return None if change is None else LastChange(*change), first if values else 0
+    read_change = subject.history.last_change(name, scan)
+    change = None if read_change is None else LastChange(*read_change)
+    return change, first if values else 0  # all values that were read have been searched

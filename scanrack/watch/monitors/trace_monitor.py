@@ -122,6 +122,7 @@ class TraceMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
+        """Add a page, which shows the requested scan or else the last one."""
         page.past = self._last if self._first is None and self._last >= 0 else self._first
         super().join(page)
         programs = self.subject.programs.all
@@ -203,6 +204,7 @@ class TraceMonitor(Monitor):
 
     @override
     def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        """Begin a branch, the only action in a trace; the server of the trace then ends."""
         name = message.get("do")
         if name not in ACTIONS:
             raise ValueError(f"no action {str(name)[:60]!r}")

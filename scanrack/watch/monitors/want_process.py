@@ -44,6 +44,7 @@ def answer(
 
 
 def _described(acts: Acts) -> dict[str, Any]:
+    """Return a result for a page: its sentence, its acts, and the actions that carry them out."""
     texts = None if acts.acts is None else [act.text for act in acts.acts]
     return {
         "text": str(acts),

@@ -40,12 +40,14 @@ class Bindings:
     def __init__(self, program: Stretch, slots: Sequence[Json], tags: Sequence[Json]) -> None:
         self._program = program
         self._tags = {tag["name"].upper(): tag for tag in tags}
+        # bindings of inputs, by their own names and by the names that are read
         self._inputs = {
             f"slot{slot['number']}.input.{slot_input['name']}": _input_binding(slot["number"], slot_input)
             for slot in slots
             for slot_input in slot["inputs"]
         }
         self._inputs_by_address = {source["read"]: source for source in self._inputs.values()}
+        # all names that a tag may have, for hints
         self._names = {name.upper(): name for name in (*(tag["name"] for tag in tags), *self._inputs)}
         self._hints_left = HINTS_MOST
 

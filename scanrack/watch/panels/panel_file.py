@@ -76,6 +76,7 @@ def _number(value: object) -> bool:
 
 
 def _pair(*allowed: range) -> Check:
+    """Return a check for a list of two integers, the first in one range and the second in the other."""
     checks = list(map(_integer, allowed))
     return lambda value: (
         isinstance(value, list)
@@ -85,6 +86,7 @@ def _pair(*allowed: range) -> Check:
 
 
 def _different(check: Check) -> Check:
+    """Return a check for a list of 2 to 8 different values that all pass another check."""
     return lambda value: (
         isinstance(value, list)
         and 2 <= len(value) <= 8
@@ -190,6 +192,7 @@ def panel_text(panel: Panel) -> str:
 
 
 def _lines(item: Json) -> Iterable[str]:
+    """Yield the lines of an item's table, with its comment above."""
     yield from item.get(COMMENT, ())
     yield "[[item]]"
     for key in FIELDS:
@@ -226,13 +229,15 @@ def _check(item: Json, index: int) -> None:
     needs, optional = ((), ()) if kind is None else (kind.needs, kind.optional)
     fields = (*REQUIRED, *needs, *optional)
     for key, value in item.items():
-        if key in FIELDS and not FIELDS[key][0](value):
-            raise ValueError(f"{subject}: {key} {_shown(value)}: must be {FIELDS[key][1]}")
+        is_allowed, allowed_values = FIELDS.get(key, (None, ""))
+        if is_allowed is not None and not is_allowed(value):
+            raise ValueError(f"{subject}: {key} {_shown(value)}: must be {allowed_values}")
         if kind is not None and key not in (*fields, COMMENT):
             raise ValueError(f"{subject}: {key} {_shown(value)}: {item['kind']} has {', '.join(fields)}")
     for key in (*REQUIRED, *needs):
         if key not in item:
-            raise ValueError(f"{subject}: it needs {key}, {FIELDS[key][1]}")
+            _, allowed_values = FIELDS[key]
+            raise ValueError(f"{subject}: it needs {key}, {allowed_values}")
     _check_comment(item.get(COMMENT, []), subject)
     _check_together(item, subject)
 

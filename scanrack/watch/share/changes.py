@@ -72,9 +72,12 @@ class ChangeLists:
         return Difference(first, sorted(key for key, scan in unequal_scans.items() if scan == first))
 
     def _first_unequal(self, other: ChangeLists, key: str, scans: range) -> int | None:
+        """Return the first of some scans in which the values of a list differ; None if they never do."""
         if self._lists[key] == other._lists[key]:
             return None
-        changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}.intersection(scans)
+        own_changes, _ = self._lists[key]
+        other_changes, _ = other._lists[key]
+        changes = {scans.start, *own_changes, *other_changes}.intersection(scans)
         for scan in sorted(changes):
             if self.value_in(key, scan) != other.value_in(key, scan):
                 return scan
@@ -107,6 +110,7 @@ def _steps(scans: Sequence[int], first: int) -> list[int]:
 
 
 def _packed(values: list[Any]) -> dict[str, Any]:
+    """Return values for a page: differences of integers, or of each column of equal lists, if possible."""
     if all(map(_is_small, values)):
         return {"differences": _differences(values)}
     if all(isinstance(value, list) and len(value) == len(values[0]) for value in values):

@@ -181,7 +181,7 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
     end = subject.programs.end_of(program)
     own_scans = [scan for scan in scans if program.first <= scan <= end]
     panel = monitor.panel.described(subject.bindings(program), "this is a recording")
-    drawings, unknown_from = {}, own_scans[-1] + 1
+    drawings, unknown_from = {}, own_scans[-1] + 1  # the first scan whose values are unknown
     if program.catalog is None:
         if program.source is not None:
             _, answer = program.source.show(tuple(subject.values))

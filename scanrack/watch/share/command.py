@@ -165,7 +165,14 @@ def _share_command(
         scan = int(at) if at is not None and at.strip().isdecimal() else None
         time_ns = None if at is None or scan is not None else parse_time(at)
         options = ShareOptions(
-            scan, time_ns, before, after, whole, recording=recording, trust=trust, report_notes=print_notes
+            scan=scan,
+            time_ns=time_ns,
+            before=before,
+            after=after,
+            all_scans=whole,
+            recording=recording,
+            trust=trust,
+            report_notes=print_notes,
         )
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, options)

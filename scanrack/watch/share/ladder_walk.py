@@ -76,9 +76,9 @@ class LadderWalk:
 
     Args:
         lists: the changes are added to these lists.
-        shown: the routines whose power is collected.
         number: number of the program.
         shown: the routines whose power is collected.
+        names: the tags whose values are collected; unknown names are left out.
     """
 
     def __init__(
@@ -118,6 +118,7 @@ class LadderWalk:
                 tag.values.append(value)
 
     def _note_power(self, scan: int, truths: Truths) -> None:
+        """Collect the power of each shown routine in which the power of a rung or line has changed."""
         for ladder in self._shown:
             routine = ladder.name.upper()
             powers = [truths.get((routine, number)) for number in (*ladder.rungs, *ladder.lines)]
@@ -179,7 +180,10 @@ def _reader(place: Place | Group, memory: Memory) -> Callable[[], Any] | None:
         return None
     if isinstance(place, Group):
         column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
-        return None if column is None or len(place.dims) != 1 else lambda: cell.cell_contents[column[1]]
+        if column is None or len(place.dims) != 1:
+            return None
+        _, span = column
+        return lambda: cell.cell_contents[span]
     array_index = elements[0]
     if place.type is BOOL:
         return lambda: bool(cell.cell_contents[array_index])

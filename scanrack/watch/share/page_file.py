@@ -83,6 +83,7 @@ def _base64(content: bytes) -> str:
 
 
 def _policy(mapped: str) -> str:
+    """Return the content policy of a page: of all scripts, only its own two may run."""
     hashes = " ".join(f"'sha256-{_base64(sha256(script.encode()).digest())}'" for script in (mapped, _START))
     return (
         f"default-src 'none'; script-src {hashes} data:; style-src 'unsafe-inline'; img-src data:; "

@@ -63,6 +63,8 @@ def test_names_of_two_modules_stay_apart_and_those_imported_are_the_other_module
         ("const f = ({ at = 5 }) => at;", "const f$0 = ({ at: at$0 = 5 }) => at$0;"),
         ("const { a: x } = at;", "const { a: x$0 } = at$0;"),
         ("const [x, y] = at;", "const [x$0, y$0] = at$0;"),
+        ("const [[x], y] = at;", "const [[x$0], y$0] = at$0;"),
+        ("const { a: { b: x }, c: y } = at;", "const { a: { b: x$0 }, c: y$0 } = at$0;"),
         ("const x = { at(y) { return at; } };", "const x$0 = { at(y) { return at$0; } };"),
         (
             "class A { at() { return at; } get b() { at(); } }",

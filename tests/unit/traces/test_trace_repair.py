@@ -190,6 +190,29 @@ def test_what_another_tool_wrote_is_repaired(tmp_path: Path, compression: Compre
     assert scans(path) == list(range(SCANS))
 
 
+def test_the_index_has_the_times_of_an_attachment_as_another_tool_wrote_them(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    schema = scan_schema(SLOTS)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "somebody else")
+        channel = writer.register_channel(
+            "/scan", "cdr", writer.register_schema(schema.name, "ros2msg", schema.text.encode())
+        )
+        slot = {"slot.1.module": "amci3601", "slot.1.firmware": "4.1"}
+        writer.add_metadata("scanrack", {"format": "1", "slots": "1", **slot})
+        writer.add_attachment(create_time=3, log_time=7, name="notes", media_type="text/plain", data=b"")
+        writer.add_message(channel, 0, SCAN_HEAD.pack(CDR_PREFIX, 0, 1) + bytes(32), 0, 0)
+        writer.finish()
+    path.write_bytes(path.read_bytes()[:-30])
+    assert repair(path).needed
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    (index,) = summary.attachment_indexes
+    assert (index.create_time, index.log_time) == (3, 7)
+
+
 def test_output_leaves_the_original(path: Path, content: bytes) -> None:
     path.write_bytes(content[:-50])
     path.chmod(0o640)

@@ -26,6 +26,7 @@ def slot_of(lowered: LoweredProgram, path: str) -> int | None:
 
 
 def _calls(lowered: LoweredProgram) -> Iterator[AddOnCall]:
+    """Yield the Add-On calls of a program's routines; calls inside of Add-On Instructions are left out."""
     for routine in lowered.routines.values():
         for line in routine.lines if not routine.frame else ():
             for step in line.steps:

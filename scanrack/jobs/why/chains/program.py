@@ -40,7 +40,8 @@ class ProgramChain(PythonChain):
 
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
         """See `PythonChain`."""
-        scan, changes = self.recording.numbers[row], self._last_changes([text], row)
+        changes = self._last_changes([text], row)  # this also sets `present`
+        scan = self.recording.numbers[row]
         if text not in self.present:
             return None
         override = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
@@ -75,19 +76,24 @@ class ProgramChain(PythonChain):
     # --- lines
 
     def _explain_output(self, bits: Bits, name: str, row: int) -> CauseLink:
+        """Return the link of a change of an output, made by a line of the program."""
         rerun = self._traced(row, "")
         offset = self.recording.span((bits.slot, "out")).start + 2 * bits.word
         changes = [change for change in rerun.changes.get(row, ()) if change.affects(offset, bits.mask)]
-        values = self.value(bits, row), self.value(bits, row - 1) if row else None
-        return self._line_link(bits.slot, name, values, row, rerun, changes)
+        before = self.value(bits, row - 1) if row else None
+        values = self.value(bits, row), before
+        return self._line_link(bits.slot, name, values, row, rerun=rerun, changes=changes)
 
     def _explain_value(self, text: str, row: int) -> CauseLink:
+        """Return the link of a change of a value of the program, made by one of its lines."""
         rerun = self._traced(row, text)
         changes = [
-            change for change in rerun.changes.get(row, ()) if not same(change.before[1], change.after[1])
+            change
+            for change in rerun.changes.get(row, ())
+            if not same(change.before.value, change.after.value)
         ]
-        values = rerun.value, changes[0].before[1] if changes else None
-        return self._line_link(0, text, values, row, rerun, changes)
+        before = changes[0].before.value if changes else None
+        return self._line_link(0, text, (rerun.value, before), row, rerun=rerun, changes=changes)
 
     def _traced(self, row: int, text: str) -> TracedRun:
         """Run the program again up to a row, and trace the row; watch a value unless `text` is ""."""
@@ -107,7 +113,14 @@ class ProgramChain(PythonChain):
         rerun: TracedRun,
         changes: Sequence[TracedChange],
     ) -> CauseLink:
-        """Return the link of a change by a line; `values` are the values after and before the scan."""
+        """Return the link of a change by a line, or a link of kind "unknown" if no line can be named.
+
+        Args:
+            slot: the module of a changed output, whose axis or step may have sent the change; 0 for a
+        value.
+            values: the values after and before the scan.
+            changes: the traced changes in the scan, in order; the last one counts.
+        """
         after, before = values
         fields = {"name": name, "value": plain(after), "before": plain(before)}
         fields |= {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
@@ -143,6 +156,7 @@ class ProgramChain(PythonChain):
             named_values(namespace_of(logic), [text])
 
     def _operands(self, change: TracedChange, row: int) -> tuple[Operand, ...]:
+        """Return the values and input bits that a change read, and whether each bit was new in the scan."""
         values = [Operand(name, value, changed=False) for name, value in change.values.items()]
         bits = [
             Operand(self.name(read), self.value(read, row), changed=changed)
@@ -194,7 +208,10 @@ class ProgramChain(PythonChain):
         return reader_of
 
     def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
-        """Return the last row up to `row` in which each value changed; keep the values after it."""
+        """Return the last row up to `row` in which each value changed.
+
+        The values after `row` are kept in `present`.
+        """
 
         def reader_of(logic: ScanLogic) -> Callable[[], dict[str, Any]]:
             codes = {}
@@ -294,5 +311,6 @@ class ProgramChain(PythonChain):
 
 
 def _source_of(namespace: Any, text: str) -> str:
+    """Return the expression that reads a value in a namespace; raise ValueError if it has none."""
     (value,) = named_values(namespace, [text])
     return value.source

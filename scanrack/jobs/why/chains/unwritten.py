@@ -78,7 +78,16 @@ class ConditionLooker:
 def explain_unwritten(
     chain: PythonChain, text: str, row: int, present: Any, depth: int = 0
 ) -> CauseLink | None:
-    """Return the link of a value that has not changed up to a scan; None if no line could write it."""
+    """Return the link of a value that has not changed up to a scan.
+
+    It names a line of a sequence that has not been reached, or the false condition with the fewest parts.
+
+    Args:
+        depth: number of values already followed to reach this one.
+
+    Returns:
+        None if no line could write the value, no false condition is found, or the chain is too long.
+    """
     writers = [
         candidate
         for candidate in _writers_of(chain.load.program, text)
@@ -192,7 +201,10 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
 
 
 def _assigned_expression(test: ast.expr, frame: FrameType) -> ast.expr:
-    """Return the expression that was assigned to a local name, so that its inputs are read again."""
+    """Return the expression that was assigned to a local name, so that its inputs are read again.
+
+    Any other expression is returned unchanged.
+    """
     if not isinstance(test, ast.Name) or test.id not in frame.f_locals or frame.f_locals is frame.f_globals:
         return test
     try:

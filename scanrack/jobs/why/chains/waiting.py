@@ -61,7 +61,7 @@ def _edge_link(
     scan, now_ns = chain.recording.numbers[edges[-1]], chain.recording.times[edges[-1]]
     verb, noun = ("rose", "rise") if rises else ("fell", "fall")
     text = f"{verb} at {seconds(now_ns)} s while {place_at_edge}; it needs a new {noun}"
-    return CauseLink("input", name, chain.value(bits, row), scan, now_ns, text)
+    return CauseLink("input", name, chain.value(bits, row), scan=scan, now_ns=now_ns, text=text)
 
 
 def _place_at_edge(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
@@ -77,9 +77,10 @@ def _place_at_edge(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
 
 
 def _dwell_link(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
+    """Return the link of a dwell with its remaining time; None if the step waits for something else."""
     dwell = _DWELL.search(step.wait)
     if dwell is None:
         return None
     rest_ns = step.now_ns + parse_duration(dwell[1]) - chain.recording.times[row]
     text = f"runs since {seconds(step.now_ns)} s: {dwell[0]}, done in {seconds(max(rest_ns, 0))} s"
-    return CauseLink("timer", step.sequence, None, step.scan, step.now_ns, text)
+    return CauseLink("timer", step.sequence, None, scan=step.scan, now_ns=step.now_ns, text=text)

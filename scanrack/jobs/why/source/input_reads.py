@@ -55,6 +55,7 @@ class WatchedWords:
         self._words, self._slot, self._reads, self._note = words, slot, reads, reads.note
 
     def __getitem__(self, index: Any) -> Any:
+        """Return a word or a list of words; while reads are noted, each reports which bits are used."""
         value = self._words[index]
         if not self._reads.on and isinstance(value, int):
             return value

@@ -46,7 +46,7 @@ class Lines:
         self,
         watched: Callable[[], Any],
         changed: Callable[[Line, Any, Any], None],
-        begins: Callable[[Line, FrameType], None] = lambda _trace_line, _frame: None,
+        begins: Callable[[Line, FrameType], None] = lambda _line, _frame: None,
     ) -> None:
         self._watched, self._changed, self._begins = watched, changed, begins
         self._seen: Any = None
@@ -85,6 +85,7 @@ class Lines:
         return self._trace_line
 
     def _trace_line(self, frame: FrameType, event: str, _arg: object) -> Any:
+        """Report a change by the line that has just ended, and note the line that runs now."""
         self._report_change()
         if event == "line":
             self._line_running = _line_of(frame)

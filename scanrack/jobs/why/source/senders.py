@@ -35,6 +35,7 @@ def senders(logic: object, program: Path) -> list[Sender]:
 
 
 def _sender(logic: Logic, axis: Axis3601) -> Sender:
+    """Return an axis as the sender of its words: its latest command, and the line that awaits it."""
     command = axis.commanded
     if command is None:
         return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)
