@@ -51,7 +51,7 @@ class Profile(ModuleWords):
         rules: its rules by id, including the rules of a 3601.
         further_refusals: rules for absolute and relative moves that a 3601 lacks: the id and a function that
             tests a move.
-        undescribed: names of the command bits that its manual does not explain; the module refuses each by name.
+        undescribed: names of the command bits that its manual does not explain; the module refuses each.
         further: places of additional status bits, which a 3601 lacks, by name.
         further_errors: the errors among these bits, as a mask of `StatusBits`; Reset Errors clears them.
         refusals: ids of the rules that refuse a command; unrelated rules may fire in the same scan.
