@@ -403,6 +403,7 @@ class Layout:
         return self._find_spot(leaf, name)
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
+        """Return the place of a leaf, given its path in capitals, and cache it; None for a variable."""
         head = tag_in(name)
         if leaf.slot is not None and name in self.boxed:
             spot = spot_of(leaf.type, (), "", self.boxed[name])
@@ -518,6 +519,7 @@ class Layout:
         slot: int | None = None,
         output: bool = False,
     ) -> Leaf:
+        """Create a leaf with a path, and return it."""
         leaf = self._leaf(path, kind, dims, slot, output)
         self._leaves[path.upper()] = leaf
         return leaf
@@ -528,6 +530,7 @@ class Layout:
         return Leaf(path, kind, dims, self._ident(path), slot, output)
 
     def _ident(self, path: str) -> str:
+        """Return a new identifier for a path, with a number at the end if it is taken."""
         stem = _identifier(path)
         ident, number = stem, 1
         while ident in self._idents:
@@ -632,6 +635,7 @@ class FrameLayout(Layout):
         return head if head in self.inouts else OWN
 
     def _spot(self, name: str) -> Spot:
+        """Return the place of a path in capitals: in the instance, or in the argument of an InOut."""
         spot = self._spots.get(name)
         if spot is None:
             root = self.root_of(name)
@@ -649,12 +653,26 @@ class FrameLayout(Layout):
     def _leaf(
         self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
     ) -> Leaf:
+        """Return a new leaf of the instance or an InOut.
+
+        It has no identifier, because it has no variable.
+        """
         head = path.partition(".")[0].upper()
         if head not in self.inouts:
-            return Leaf(path, kind, dims, "", slot, output, self.frame, OWN)
+            return Leaf(path, kind, dims, ident="", slot=slot, output=output, frame=self.frame, root=OWN)
         tag = self.declarations[head]
         assert isinstance(tag, Tag)
-        return Leaf(path, kind, dims, "", slot, output, self.frame, head, len(tag.dims))
+        return Leaf(
+            path,
+            kind,
+            dims,
+            ident="",
+            slot=slot,
+            output=output,
+            frame=self.frame,
+            root=head,
+            outer=len(tag.dims),
+        )
 
 
 def _declared(member: Member) -> Declaration:

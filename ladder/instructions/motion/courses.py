@@ -77,6 +77,7 @@ class Course:
         return Dynamics(*(float(self._member(name)) for name in DYNAMICS))
 
     def _phases(self, kind: Kind) -> Phases:
+        """Return the phases of the course's own profile; none if it ends at once or follows a master."""
         entry = float(self._member("entry"))
         if kind is Kind.MOVE:
             return move(self.goal, entry, self.dynamics)
