@@ -74,6 +74,7 @@ class Profile(ModuleWords):
     view: type[StatusView] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        """Compute the fields without a parameter; refuse a profile that contradicts itself."""
         ModuleWords.__post_init__(self)
         status = self.groups["status"]
         self._check_status(status)
@@ -96,6 +97,7 @@ class Profile(ModuleWords):
         self._check_refusals()
 
     def _check_status(self, status: Mapping[str, BitPlace]) -> None:
+        """Raise a ValueError if a status bit is in a wrong place, or an error has no status bit."""
         for name, place in status.items():
             if place.image != "I" or place.word not in (0, 1) or _PLACES_3601.get(name, place) != place:
                 allowed = _PLACES_3601.get(name, "in word 0 or 1 of image I")

@@ -250,6 +250,7 @@ class CommandLayer(Host):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        """Return the faults, and for a move also the broken rules that a 3601 lacks."""
         if not command.msw & MOVES or command.configures:
             return faults
         return faults + [
