@@ -142,6 +142,7 @@ except (AttributeError, OSError):  # installed, or in an archive
 
 
 def __getattr__(name: str) -> object:
+    """Import a public name when it is first used; later uses find it in the module."""
     if name == "__all__":
         return list(_homes())
     value = _imported_name(name)
@@ -174,6 +175,7 @@ def _homes() -> dict[str, tuple[str, str]]:
 
 
 def _imported_name(name: str) -> object:
+    """Return what a public name stands for: an object, a module or the version."""
     from importlib import import_module
 
     homes = _homes()

@@ -75,13 +75,13 @@ def forward_open_in(data: bytes, *, large: bool) -> ForwardOpen:
     target_us, target_parameters, client_us, client_parameters = directions
     size_mask, type_shift = (0xFFFF, 29) if large else (0x1FF, 13)
     return ForwardOpen(
-        client_id,
-        (serial, vendor, originator),
-        multiplier,
-        Direction(target_us, target_parameters & size_mask, target_parameters >> type_shift & 3),
-        Direction(client_us, client_parameters & size_mask, client_parameters >> type_shift & 3),
-        transport,
-        data[form.size : form.size + 2 * words],
+        client_id=client_id,
+        triad=(serial, vendor, originator),
+        multiplier=multiplier,
+        to_target=Direction(target_us, target_parameters & size_mask, target_parameters >> type_shift & 3),
+        to_client=Direction(client_us, client_parameters & size_mask, client_parameters >> type_shift & 3),
+        transport=transport,
+        path=data[form.size : form.size + 2 * words],
     )
 
 
@@ -130,6 +130,7 @@ class Connections:
         return bytes((service | 0x80, 0, 0, 0)) + reply
 
     def _begin(self, request: ForwardOpen) -> bytes:
+        """Open a connection to this controller's router, or refuse it; return the reply's data."""
         path = parse_path(request.path)
         if any(port != OWN_ROUTE for port in path.ports):
             raise CipRefusedError(NO_CONNECTION, NO_SLOT)
@@ -141,6 +142,7 @@ class Connections:
         return request.reply(own_id)
 
     def _check(self, size: int, triad: Triad) -> None:
+        """Refuse a connection that is already open, is one too many, or has packets of a wrong size."""
         if any(connection.triad == triad for connection in self._open.values()):
             raise CipRefusedError(NO_CONNECTION, IN_USE)
         if len(self._open) >= CONNECTIONS_MOST:
@@ -149,6 +151,7 @@ class Connections:
             raise CipRefusedError(NO_CONNECTION, BAD_SIZE)
 
     def _close(self, data: bytes) -> bytes:
+        """Close the connection with the triad in the data, or refuse; return the reply's data."""
         triad: Triad = struct.unpack_from("<HHI", data, 2)
         for own_id, connection in self._open.items():
             if connection.triad == triad:

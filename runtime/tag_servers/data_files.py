@@ -96,6 +96,7 @@ class DataFile:
         return [Run(index, self._text_offset(start + index), 1) for index in range(size)]
 
     def _by_element(self, start: int, size: int) -> list[Run]:
+        """Return a run per element, for a file whose elements have another size in the tag."""
         runs, position = [], start
         while position < start + size:
             number, byte_offset = divmod(position, self.element)
@@ -144,6 +145,7 @@ class DataFiles:
     """The data files of a program."""
 
     def __init__(self, database: Database, processor: str = PROCESSOR) -> None:
+        """Find the controller's tags that are named like files (`N7`) or like images of a slot (`I:1`)."""
         self._database, self._processor = database, processor
         self._files: dict[int, DataFile] = {}
         self._images: dict[tuple[int, int], DataFile] = {}  # by file and slot
@@ -159,7 +161,7 @@ class DataFiles:
                 self._files[number] = DataFile(letters, symbol)
 
     def execute(self, data: bytes, snapshot: TagSnapshot) -> bytes:
-        """Return the reply to a command."""
+        """Return the reply to a command, with its requester and number; a refusal is a status in it."""
         if not data or not 1 <= data[0] <= 16 or len(data) < data[0] + 4:
             raise CipRefusedError(TOO_SHORT)
         requester, command_data = data[: data[0]], data[data[0] :]
@@ -175,6 +177,10 @@ class DataFiles:
         return requester + struct.pack("<BBH", command | _REPLY, status, number) + body
 
     def _command(self, command: int, request: bytes, snapshot: TagSnapshot) -> bytes:
+        """Carry out a command: diagnostic status, or a read or write of a file or its directory.
+
+        Return the data of the reply, which is empty for a write.
+        """
         if command == _DIAGNOSTIC and request[:1] == b"\x03":
             name = self._processor.encode("ascii", "replace")[:11].ljust(11)
             return b"\x00\xee\x31\x5b\x01" + name + bytes(8)
@@ -212,6 +218,7 @@ class DataFiles:
     def _write(
         self, file: DataFile, start: int, size: int, data: bytes, snapshot: TagSnapshot, *, masked: bool
     ) -> None:
+        """Write data to a file, or only the bits in the mask before the data; refuse a read-only file."""
         mask = 0xFFFF
         if masked:
             (mask,) = struct.unpack_from("<H", data)
@@ -230,6 +237,7 @@ class DataFiles:
     # --- the directory
 
     def _directory_part(self, start: int, size: int) -> bytes:
+        """Return bytes of the directory; a read at the field of its size may go beyond the end."""
         directory = self._directory()
         if start + size > len(directory):
             if start == _SIZE_AT:

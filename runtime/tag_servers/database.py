@@ -129,9 +129,10 @@ class Database:
     def __init__(self, listing: Listing, writable: Sequence[str] = ()) -> None:
         self.listing, self.templates, self.writable = listing, Templates(), Writable(writable)
         self._programs = {name.upper(): name for name in listing.programs}
+        # "" is the controller; names of programs and tags are keys in capitals
         self.scopes: dict[str, list[Symbol]] = {"": [], **{name: [] for name in self._programs}}
-        self._by_name: dict[tuple[str, str], Symbol] = {}
-        self._rows: dict[str, list[Row]] = {}
+        self._by_name: dict[tuple[str, str], Symbol] = {}  # by scope and tag
+        self._rows: dict[str, list[Row]] = {}  # by scope, as soon as a client has asked
         for index, tag in enumerate(listing.tags):
             if tag.access is not ExternalAccess.NONE:
                 self._add(index, tag, ())
@@ -139,11 +140,12 @@ class Database:
             self._add_alias(alias)
 
     def _add(self, index: int, tag: ListedTag, target: tuple[PathStep, ...]) -> None:
+        """Add a tag or an alias to its scope; in the controller, programs have the first numbers."""
         scope = self.scopes[tag.program.upper()]
         program_count = 0 if tag.program else len(self._programs)
         scope.append(Symbol(len(scope) + program_count + 1, index, tag, target))
         self._by_name[tag.program.upper(), tag.name.upper()] = scope[-1]
-        self.templates.code_of(tag.kind)
+        self.templates.code_of(tag.kind)  # numbers its structures in the order of the tags
 
     def _add_alias(self, alias: ListedAlias) -> None:
         """Add an alias, unless clients can't see its tag."""
@@ -171,6 +173,7 @@ class Database:
         return self._rows[key]
 
     def _row(self, symbol: Symbol) -> Row:
+        """Return the line of a tag; it is READ_WRITE if clients may write any byte of the tag."""
         tag = symbol.tag
         code, dims = self.templates.code_of(tag.kind), tag.dims
         if tag.is_bits:
@@ -179,7 +182,8 @@ class Database:
         name = tag.path if target is None else target.name
         writes = tag.access is ExternalAccess.READ_WRITE and self.writable.any_of(name, tag.kind)
         access = READ_WRITE if writes else READ_ONLY
-        return Row(symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access)
+        type_code = code | len(dims) << 13
+        return Row(symbol.number, tag.name, type_code, element_size=tag.element, dims=dims, access=access)
 
     def refuse_write(self, target: Target) -> None:
         """Refuse a write to a target that clients may not write."""
@@ -208,6 +212,7 @@ class Database:
         return self._resolve_symbol((*symbol.target, *steps_left)) if symbol.target else (symbol, steps_left)
 
     def _symbol(self, scope: str, step: PathStep) -> Symbol:
+        """Return the tag or alias with a name or an instance number in a scope; refuse an unknown one."""
         if isinstance(step, Instance):
             symbols = self.scopes.get(scope, [])
             index = step.number - 1 - (0 if scope else len(self._programs))
@@ -220,6 +225,7 @@ class Database:
 
 
 def _flat_index(indices: Sequence[int], lengths: Sequence[int]) -> int:
+    """Return the position of an array element in memory; refuse an index beyond its dimension."""
     flat = 0
     for index, length in zip(indices, lengths, strict=True):
         if index >= length:
@@ -234,6 +240,7 @@ class _Walk:
     def __init__(self, symbol: Symbol, steps: list[PathStep]) -> None:
         tag = symbol.tag
         self._symbol, self._steps = symbol, steps
+        # where the walk is now
         self._kind, self._dims, self._offset = tag.kind, tag.dims, 0
         self._bit: int | None = None
         self._name = tag.path

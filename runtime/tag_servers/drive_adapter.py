@@ -156,6 +156,7 @@ class DriveAdapter:
             return refused(service, refusal, most)
 
     def _serve(self, service: int, path: Path) -> Answer:
+        """Return status and data of a read of the identity, the network interface or an assembly."""
         kind, instance = path.numbers.get("class"), path.numbers.get("instance")
         if kind == IDENTITY and instance == 1:
             return answer_identity(self.identity, service, path)
@@ -166,12 +167,13 @@ class DriveAdapter:
         data = self._assembly(instance)
         if service != GET_ONE:
             raise CipRefusedError(NO_SERVICE)
-        values = {3: data, 4: struct.pack("<H", len(data))}
+        values = {3: data, 4: struct.pack("<H", len(data))}  # attributes data and size
         if path.numbers.get("attribute") not in values:
             raise CipRefusedError(NO_ATTRIBUTE)
         return DONE, values[path.numbers["attribute"]]
 
     def _assembly(self, instance: int | None) -> bytes:
+        """Return the data of an assembly: inputs, outputs or the present configuration; refuse others."""
         if instance == PRODUCED:
             return _packed(self.drive.inputs())
         if instance == CONSUMED:
@@ -179,14 +181,14 @@ class DriveAdapter:
         if instance == CONFIGURATION:
             configuration = self.drive.layer.state.configuration
             words = (0,) * WORDS if configuration is None else configuration.words
-            start = 1000 * words[2] + words[3]
-            return _SETTINGS.pack(words[0] & 0x7FFF, words[1], start, words[4], *words[6:9])
+            starting_speed = 1000 * words[2] + words[3]
+            return _SETTINGS.pack(words[0] & 0x7FFF, words[1], starting_speed, words[4], *words[6:9])
         raise CipRefusedError(UNKNOWN_OBJECT)
 
     # -- the connection -------------------------------------------------------------------------
 
     def open(self, request: ForwardOpen, destination: tuple[str, int], wall_ns: int) -> bytes:
-        """Open a connection; return the reply's data.
+        """Open a connection, and configure the drive if the path has data; return the reply's data.
 
         Args:
             destination: address and port to which packets to the originator are sent.
@@ -257,8 +259,8 @@ class DriveAdapter:
 
     def _configure(self, data: bytes) -> None:
         """Apply the configuration in an open request; if invalid, set the drive's configuration error."""
-        word_0, word_1, start, *settings = _SETTINGS.unpack(data)
-        upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
+        word_0, word_1, starting_speed, *settings = _SETTINGS.unpack(data)
+        upper, lower = divmod(starting_speed, 1000) if starting_speed >= 0 else (0, 0)
         words = (word_0 | 0x8000, word_1, upper & 0xFFFF, lower, settings[0], 0, *settings[1:], 0)
         self.drive.obey(words)
         self.drive.obey((0,) * WORDS)
@@ -366,6 +368,7 @@ class DriveSession(ClientSession):
 
     @override
     def _answer_message(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
+        """Answer a message; the reply to an opened connection also states the UDP port of its packets."""
         self._drive_connections.destination = (self._host, port_in(items_in(packet.body)))
         self._adapter.opened = False
         status, body = super()._answer_message(packet, snapshot, planning=planning)

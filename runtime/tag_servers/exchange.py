@@ -24,7 +24,7 @@ Packet = tuple[str, Sequence[Operation]]
 
 
 def request_of(version: int, packets: Sequence[Packet]) -> bytes:
-    """Return packets as bytes."""
+    """Return the bytes of a request for the operations of packets, for one version of the program."""
     chunks = [HEAD.pack(version, len(packets))]
     for client, operations in packets:
         name = client.encode()[:255]
@@ -83,7 +83,7 @@ def answered(
 
 
 def results_in(data: bytes, packets: Sequence[Packet]) -> list[list[bytes | None]]:
-    """Return the results of each packet's operations."""
+    """Return the results in a reply, a list per packet: bytes read, b"" for a write, None if refused."""
     offset, answers = ANSWER.size, []
     for _, operations in packets:
         packet_results: list[bytes | None] = []

@@ -156,7 +156,7 @@ def _image_part(name: str, *, output: bool) -> Part | None:
 
 
 def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
-    """Return the word or bit that a path names in a module with eight words, or None for any other path.
+    """Return the image, word or bit that a path names in a module with eight words, or None for other paths.
 
     >>> image_place(["Local:1:I", "Data", 3]), image_place(["Local:2:I", "ModuleOK"])
     (ImagePlace(slot=1, output=False, offset=6, bit=None), ImagePlace(slot=2, output=False, offset=1, bit=6))
@@ -165,13 +165,13 @@ def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
     if match is None:
         return None
     slot, output = int(match["slot"]), match["direction"] in "Oo"
-    skipped = 0 if output else FAULT_BYTES
+    fault_bytes = 0 if output else FAULT_BYTES
     if len(steps) == 1:
-        return ImagePlace(slot, output, -skipped)
+        return ImagePlace(slot, output, -fault_bytes)
     part = _image_part(str(steps[1]).upper(), output=output)
     if part is None or part == _FAULT:
         return None
-    offset, steps_left = part.offset - skipped, list(steps[2:])
+    offset, steps_left = part.offset - fault_bytes, list(steps[2:])
     if part.dims and steps_left and isinstance(steps_left[0], int):
         offset += INT.size * steps_left[0]
         steps_left = steps_left[1:]

@@ -71,6 +71,7 @@ def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
 
 
 def _elements(values: Any, ranges: Sequence[range], characters: range | None) -> list[Any]:
+    """Return the elements in ranges of nested lists, or characters of them; refuse an empty result."""
     first_range, *inner_ranges = ranges
     elements = values[first_range.start : first_range.stop] if isinstance(values, list) else []
     if not elements:

@@ -178,6 +178,7 @@ class Lister:
 
 
 def _scope_of(path: Path) -> str:
+    """Return the name of the program in a path, or "" without one; refuse any other name."""
     names = [step for step in path.steps if not isinstance(step, Instance)]
     if not names:
         return ""

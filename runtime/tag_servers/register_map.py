@@ -88,6 +88,7 @@ class RegisterMap:
         }
 
     def _add(self, table: str, row: MappedTag, address: int) -> None:
+        """Put a tag's coils or registers at its addresses; raise ValueError if one is taken or too high."""
         cells = self._cells[table]
         size = row.bits if table in BITS else row.words * row.target.count
         if address + size > ADDRESSES:

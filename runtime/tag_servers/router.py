@@ -90,6 +90,7 @@ class Router:
             lambda path_bytes: database.resolve(self._path(path_bytes).steps)
         )
         self._files = DataFiles(database) if database.listing.files else None
+        # by class; called with the service, the path, the data, the tags and the longest reply in bytes
         self._objects: dict[int | None, Callable[[int, Path, bytes, TagSnapshot, int], Answer]] = {
             SYMBOL: lambda service, path, data, _, most: self._lister.answer(service, path, data, most),
             TEMPLATE: lambda service, path, data, _, most: answer_template(
@@ -136,6 +137,7 @@ class Router:
         most: int,
         depth: int,
     ) -> Answer:
+        """Return status and data of the reply from the object in the path; refuse an unknown request."""
         kind = path.numbers.get("class")
         if service in TAG_SERVICES and path.steps and kind in (None, SYMBOL):
             return TAG_SERVICES[service](self.database, self._target(path_bytes), data, snapshot, most)
@@ -152,6 +154,7 @@ class Router:
         raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
 
     def _answer_batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
+        """Return the replies of a batch; each reply leaves room to refuse the requests after it."""
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
         (request_count,) = struct.unpack_from("<H", data)

@@ -85,7 +85,7 @@ class ClientSession:
     ) -> None:
         self.router, self._address, self._port = router, address, port
         self.pending = b""
-        self._handle = 0
+        self._handle = 0  # number of the session; 0 before the client has registered
         self._connections = connections or Connections()
         self._plan_key = (0, b"")  # version and body of the packet whose plan is cached
         self._cached_plan = Plan(0)
@@ -155,6 +155,7 @@ class ClientSession:
         return self._answer_message(packet, snapshot, planning=False)
 
     def _register(self, body: bytes) -> tuple[int, bytes]:
+        """Begin the session of the connection; return the status and body of the reply."""
         if len(body) != 4:
             return BAD_LENGTH, b""
         if body[:2] != b"\1\0":
@@ -165,6 +166,10 @@ class ClientSession:
         return 0, body
 
     def _answer_message(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
+        """Return the status and body of the reply to a request; a negative status means no reply.
+
+        With `planning`, no connection is opened or closed.
+        """
         items = items_in(packet.body)
         if len(items) < 2:
             return BAD_DATA, b""

@@ -111,33 +111,52 @@ def tag_rows(database: Database, table: ModbusTable | None = None) -> Iterator[T
 
 
 def _variable_row(variable: Variable, database: Database, comment: str, addresses: MapAddresses) -> TagRow:
+    """Return the row of an OPC UA variable, with its node and its Modbus addresses."""
     is_file = database.listing.files
     return TagRow(
         variable.path,
         variable.type_name,
         variable.dims,
         variable.writable,
-        comment,
-        f"ns={NAMESPACE_INDEX};s={variable.path}",
-        file_address(variable.path) if is_file else variable.path,
-        is_file,
-        tuple(addresses),
+        description=comment,
+        node=f"ns={NAMESPACE_INDEX};s={variable.path}",
+        enip=file_address(variable.path) if is_file else variable.path,
+        in_files=is_file,
+        modbus=tuple(addresses),
     )
 
 
 def _alias_row(symbol: Symbol, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
+    """Return the row of an alias, which has no OPC UA node, because browsers show a tag once."""
     tag = symbol.tag
     writable = database.may_write(target.tag, target.name, target.kind)
     comment = tag.comment or f"alias of {_text_of(symbol.target)}"
-    return TagRow(tag.path, tag.kind.name, tag.dims, writable, comment, "", tag.path, modbus=tuple(addresses))
+    return TagRow(
+        tag.path,
+        tag.kind.name,
+        tag.dims,
+        writable,
+        description=comment,
+        node="",
+        enip=tag.path,
+        modbus=tuple(addresses),
+    )
 
 
 def _part_row(tag_name: str, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
+    """Return the row of a part of a tag, such as a bit, which only the Modbus map names."""
     writable = database.may_write(target.tag, target.name, target.kind)
     dims = (target.count,) if target.count > 1 else ()
-    comment, is_file = target.tag.comment, database.listing.files
     return TagRow(
-        tag_name, target.kind.name, dims, writable, comment, "", tag_name, is_file, tuple(addresses)
+        tag_name,
+        target.kind.name,
+        dims,
+        writable,
+        description=target.tag.comment,
+        node="",
+        enip=tag_name,
+        in_files=database.listing.files,
+        modbus=tuple(addresses),
     )
 
 
@@ -206,6 +225,7 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
 
 
 def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> str:
+    """Return the tables as text of a rack file; a Modbus table without entries is left out."""
     pattern_list = ", ".join(f'"{pattern}"' for pattern in patterns)
     lines = ["[server]", f"writable = [{pattern_list}]    # tags that clients may write"]
     lines += ["", "[server.modbus]"]

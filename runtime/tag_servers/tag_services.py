@@ -59,6 +59,7 @@ def _read_part(database: Database, target: Target, data: bytes, snapshot: TagSna
 def _read_from(
     database: Database, target: Target, count: int, skip: int, snapshot: TagSnapshot, most: int
 ) -> Answer:
+    """Read `count` elements, without their first `skip` bytes; PARTIAL means that not all bytes fit."""
     if target.bit is not None:
         byte = snapshot.read(ReadBytes(target.symbol.index, target.offset, 1))[0]
         return DONE, struct.pack("<HB", TYPE_CODES["BOOL"], byte >> target.bit & 1)
@@ -77,6 +78,7 @@ def _read_from(
 
 
 def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
+    """Write whole elements, or one bit; bytes after them are ignored. The reply has no data."""
     count, offset = _head(database, target, data)
     total_bytes = _total(target, count)
     # pycomm3 1.2.16 sends the message of a single write twice
@@ -91,6 +93,7 @@ def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapsho
 
 
 def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    """Write bytes of elements, beginning at a byte that the data names; the reply has no data."""
     count, offset = _head(database, target, data)
     total_bytes, (skip,) = _total(target, count), struct.unpack_from("<I", data, offset)
     value_bytes = data[offset + 4 :]

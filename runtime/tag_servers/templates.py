@@ -43,6 +43,7 @@ class Template:
         return b"".join(map(self._member, members)) + text
 
     def _member(self, part: Part) -> bytes:
+        """Return the eight bytes of a member: its array length or bit number, type code and offset."""
         if part.kind == BOOL and not part.dims:
             return struct.pack("<HHI", part.bit or 0, TYPE_CODES["BOOL"], part.offset)
         count, code = prod(part.dims) if part.dims else 0, self._templates.code_of(part.kind)

@@ -86,6 +86,7 @@ def users_of(text: str) -> dict[str, bytes]:
 
 
 def _user_in(line: str, number: int) -> tuple[str, str]:
+    """Return the name and password in a line; raise ValueError, with its number, for another line."""
     name, _, password = line.partition(":")
     if not (name and password):
         raise ValueError(f"line {number}: must be name:password")

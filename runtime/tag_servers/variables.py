@@ -88,6 +88,7 @@ class Variable:
         return _nested(values, self.dims) if self.dims else values[0]
 
     def _values_in(self, data: bytes) -> list[Any]:
+        """Return the values in bytes as a flat list."""
         if isinstance(self.kind, StructuredKind):
             step = self.kind.size
             return [_text_in(self.kind, data[offset : offset + step]) for offset in range(0, len(data), step)]
@@ -157,6 +158,7 @@ class Variable:
         return WriteBytes(self.tag, offset + characters.start, raw)
 
     def _bytes_of(self, values: Sequence[Any]) -> bytes:
+        """Return values as bytes; raise ValueError for a number or a text that does not fit."""
         if isinstance(self.kind, StructuredKind):
             return b"".join(_text_bytes(self.kind, value) for value in values)
         if self.kind == BOOL:
@@ -202,25 +204,26 @@ class TagTree:
 
     def roots(self) -> Iterator[Leaf | TagGroup]:
         """Yield the tags of the controller and the images, then the programs."""
-        yield from self._scope("")
+        yield from self._items_in("")
         for program in self._database.listing.programs:
             name = f"{PROGRAM}{program}"
-            yield TagGroup(name, name, lambda program=program: self._scope(program.upper()))  # type: ignore[misc]
+            yield TagGroup(name, name, lambda program=program: self._items_in(program.upper()))  # type: ignore[misc]
 
     @property
     def is_long(self) -> bool:
         """Whether the tree has more than `VARIABLES_MOST` variables."""
         return next(islice(variables_of(self.roots()), VARIABLES_MOST, None), None) is not None
 
-    def _scope(self, scope: str) -> Iterator[Leaf | TagGroup]:
+    def _items_in(self, scope: str) -> Iterator[Leaf | TagGroup]:
         for symbol in self._database.scopes[scope]:
             if symbol.target:
                 continue  # browsers show a tag once
             tag = symbol.tag
-            location = _Location(symbol.index, tag.path, tag.path, 0, None)
+            location = _Location(symbol.index, tag.path, plain_path=tag.path, offset=0, bit=None)
             yield self._item(tag.name, location, tag.kind, tag.dims)
 
     def _item(self, name: str, location: _Location, kind: Kind, dims: tuple[int, ...]) -> Leaf | TagGroup:
+        """Return a tag or a part as a variable, or a structure as a group that finds its items later."""
         if not isinstance(kind, StructuredKind) or _is_text(kind):
             writable = self._database.may_write(
                 self._database.listing.tags[location.tag], location.plain_path, kind
@@ -286,6 +289,7 @@ def _is_text(kind: StructuredKind) -> bool:
 
 
 def _text_in(kind: StructuredKind, data: bytes) -> str:
+    """Return the text in the bytes of a structure, as long as LEN says and DATA allows."""
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
     stated_length = int.from_bytes(
         data[length.offset : length.offset + length.kind.size], "little", signed=True
@@ -295,6 +299,7 @@ def _text_in(kind: StructuredKind, data: bytes) -> str:
 
 
 def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
+    """Return the bytes of a structure that contains a text; raise ValueError for a text too long."""
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
     raw, capacity = _raw(value), prod(text.dims)
     if len(raw) > capacity:

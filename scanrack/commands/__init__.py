@@ -50,6 +50,7 @@ def main() -> None:
 
 
 def _main() -> None:
+    """Run the command; if its output can't be written, end with that status and at most one message."""
     own_process()
     closed_streams_plugged()
     try:

@@ -89,6 +89,7 @@ class Adapter:
             self._run()
 
     def _run(self) -> None:
+        """Answer requests; after each launch or attach, debug its subject until it ends."""
         while not self.over:
             if self.start is not None:
                 start, self.start = self.start, None
@@ -168,6 +169,7 @@ class Adapter:
                 self.driver.end()
 
     def _carry_out(self, command: str, arguments: object) -> Json | None:
+        """Carry out a request, or raise DebugError; return the body of the response, or None."""
         request = self._requests.get(command)
         if request is None:
             raise DebugError(f"no request {command[:60]!r}")
@@ -326,6 +328,7 @@ class Adapter:
         self._stop_at((max if backwards else min)(spots, key=Spot.position), hits)
 
     def _stop_at(self, spot: Spot, hits: list[Hit]) -> None:
+        """Stop at a place that at least one of the hits is at, and report the hits there."""
         cursor = self.place()
         hits_here = [hit for hit in hits if cursor.spot_of(hit.breakpoint) == spot]
         self.go_to(spot)

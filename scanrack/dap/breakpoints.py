@@ -139,11 +139,13 @@ class RungValues(EngineValues):
         last_power: dict[LineKey, bool | None] = dict.fromkeys(keys)
 
         def met(_scan: int) -> str | None:
+            """Return a text if the power of a rung has changed in the requested way since the last scan."""
             text = None
             for key in keys:
                 last, power = last_power[key], self._power(key)
                 last_power[key] = power
-                if last is not None and power != last and (power or power_condition == CHANGES):
+                has_changed = last is not None and power != last
+                if has_changed and (power or power_condition == CHANGES):
                     text = f"the rung becomes {'true' if power else 'false'}"
             return text
 
@@ -177,7 +179,7 @@ class LinePoints(NamedValues, Observer):
         condition, log = None, list[str | CodeType]()
         if self.in_frames:
             condition = _code(requested.condition) if requested.condition.strip() else None
-            parts = enumerate(_FIELD.split(requested.log))
+            parts = enumerate(_FIELD.split(requested.log))  # every second part was in braces
             log = [_code(part) if number % 2 else part for number, part in parts]
         number, text = requested.number, f"line {requested.line} runs"
 
@@ -282,9 +284,10 @@ class Looker:
     # --- one check for each breakpoint
 
     def _check(self, requested: Breakpoint) -> _CheckedBreakpoint:
+        """Return a breakpoint with its check, and with its compiled condition and message."""
         if requested.keys:
             met = self._values.line_check(requested)
-            if self._values.in_frames:
+            if self._values.in_frames:  # the check evaluates condition and message itself
                 return _CheckedBreakpoint(requested, met, None)
         else:
             met = _CHECKS.get(requested.kind, Looker._expression_check)(self, requested.name)
@@ -302,6 +305,7 @@ class Looker:
         return parts if text else []
 
     def _tag_check(self, name: str) -> Check:
+        """Return a check of whether the value of a tag has changed since the last scan."""
         tags = self._values.tags
         if name not in tags:
             raise ExpressionError(f"no tag {name}")
@@ -322,6 +326,7 @@ class Looker:
         return met
 
     def _expression_check(self, text: str) -> Check:
+        """Return a check of whether an expression becomes true, or a tag changes for `TAG changes`."""
         if tag := tag_that_changes(text):
             return self._tag_check(tag)
         read = self._compiled(text)
@@ -335,11 +340,12 @@ class Looker:
         return met
 
     def _exception_check(self, name: str) -> Check:
+        """Return the check of an exception filter: each scan, error bits, rules or faults."""
         if name == "scan":
             return lambda scan: f"scan {scan:,} begins"
         if name == "error":
             return self._error_check()
-        topic, kind = ("/events", "rule") if name == "rule" else ("/faults", None)
+        topic, kind = ("/events", "rule") if name == "rule" else ("/faults", None)  # faults have no kind
 
         def met(scan: int) -> str | None:
             texts = [
@@ -352,6 +358,7 @@ class Looker:
         return met
 
     def _error_check(self) -> Check:
+        """Return a check of whether error bits have come on since the last scan."""
         bits_of_words: dict[tuple[int, int], list[ErrorBit]] = {}
         for _row, bit in error_bits(self._around.words):
             bits_of_words.setdefault((bit.slot, bit.place.word), []).append(bit)

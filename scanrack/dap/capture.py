@@ -93,6 +93,7 @@ class ProgramValues(Mapping[str, Any]):
         return sum(1 for _ in self)
 
     def __contains__(self, name: object) -> bool:
+        # only dotted names, since `self[name]` evaluates any expression
         if not isinstance(name, str) or not all(part.isidentifier() for part in name.split(".")):
             return False
         try:
@@ -140,6 +141,7 @@ class Capture(Observer):
         self.runs.append((run, len(above), self.state()))
 
     def _run(self, frame: FrameType, above: list[FrameType]) -> TextRun:
+        """Return the line that a frame is about to run, with copies of its values and with its callers."""
         local_values = {
             name: copied(value) for name, value in frame.f_locals.items() if value is not self._logic
         }

@@ -23,7 +23,7 @@ KEY_BYTES = 16
 CHUNK = 1 << 16
 
 
-def _debug_command(
+def _debug_command(  # its help is `_HELP`
     port: Annotated[
         int | None,
         typer.Option(
@@ -58,6 +58,7 @@ def _debug_command(
         raise typer.Exit(_relay(connect, key))
     if port is not None:
         raise typer.Exit(_serve_port(port))
+    # what the program prints must not come between the messages on standard output
     stdin_fd, stdout_fd = os.dup(0), os.dup(1)
     with (
         os.fdopen(stdin_fd, "rb") as requests,
@@ -160,6 +161,9 @@ _HELP = """Debug a rack or a trace in an editor, forwards and backwards.
 The debug adapter speaks the Debug Adapter Protocol on standard input and output. An editor starts it. It
 steps through rungs, structured text, charts, sequences, Python and lists of steps, scan by scan.
 With --port a client connects to a port. Its first line is the printed key: key KEY.
+
+Examples:
+    scanrack debug --port 0
 
 Exit status: 0 the client ended the session, 2 the port can't be used."""
 

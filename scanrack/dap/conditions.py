@@ -229,6 +229,7 @@ class _Writer(Transformer[Token, str]):
         raise ExpressionError("'for' needs several scans: use scanrack query")
 
     def edge(self, name: Token, part: str) -> str:
+        """Return a variable for an edge, whose test becomes a statement before the expression."""
         edge_name = f"edge{len(self.variables)}"
         self.variables[f"__{edge_name}"] = _Edge(name)
         # evaluated in every scan, even if it can't affect the result
@@ -236,6 +237,7 @@ class _Writer(Transformer[Token, str]):
         return edge_name
 
     def compare(self, left: str, sign: Token, right: str) -> str:
+        """Return a comparison, in which a number with a unit is converted to the unit of the tag."""
         for side in (left, right):
             number = side.written.lstrip("+-") if isinstance(side, _Term) else ""
             if number in self.unmatched:
@@ -268,6 +270,7 @@ class _Writer(Transformer[Token, str]):
         return repr(str(token)[1:-1])
 
     def name(self, token: Token) -> str:
+        """Return source for the time, the scan number, true, false, a tag, or a word or bit of an image."""
         name = str(token)
         if name in ("time", "scan"):
             return "__now()" if name == "time" else "__scan()"
@@ -279,6 +282,7 @@ class _Writer(Transformer[Token, str]):
         return _Term(self._values.source(name), "", unit or self._values.unit(name))
 
     def _image(self, name: str) -> str:
+        """Return source that reads a word or bit of an image; raise ExpressionError for other names."""
         try:
             address = parse_address(name, self._around.words)
         except ValueError as error:

@@ -67,6 +67,7 @@ class ExecutedScan(View):
         return sorted(self._stops(), key=lambda stop: (stop.order, stop.depth))
 
     def _stops(self) -> Iterator[Stop]:
+        """Yield a stop before each rung, and before each of its further instructions at the top level."""
         for run in self.execution.runs.values():
             if run.line.number < 0:  # the line of a whole chart
                 continue

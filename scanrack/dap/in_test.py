@@ -57,6 +57,7 @@ class InTest(ScanDriver):
     """The driver of a test, which runs its bench itself, and waits in a scan while it is stopped."""
 
     def __init__(self, adapter: Adapter, bench: Bench) -> None:
+        """Begin to debug a bench, and wait until the client has set its breakpoints."""
         program = BenchProgram(bench)
         if program.debugger is not None:
             super().__init__(adapter, LiveRungs(bench.cpu, program))
@@ -81,6 +82,7 @@ class InTest(ScanDriver):
         hits = self.look(scan, now_ns, flags)
         if adapter.wire.waiting:
             adapter.serve(0)
+        # with rungs, a step ends with the scan; otherwise, when a line has run
         stepped = self._stepping and (not isinstance(self.subject, LiveText) or self.subject.arrived)
         if hits or stepped or self._pausing:
             self._stop_in(scan, hits, stepped=stepped)
@@ -120,6 +122,7 @@ class InTest(ScanDriver):
 
     @override
     def apply(self, action: actions.Action) -> None:
+        """Set, force or release a tag; raise DebugError for any other action."""
         tags = self._program.operated
         if tags is None or not isinstance(action, actions.Write | actions.Force | actions.Unforce):
             raise DebugError("in a test, tags can be set, forced and released; the test does everything else")

@@ -215,6 +215,7 @@ class LiveText(TextSubject, LiveSubject):
 
     @override
     def looker(self, requested: list[Breakpoint]) -> Looker:
+        """See `LiveSubject`; these breakpoints now observe the lines, instead of the previous ones."""
         points = LinePoints(ProgramValues(lambda: self.program.logic), in_frames=self._in_python)
         looker = Looker(requested, points, self.now(), self.events)
         self._watch.remove(self._points)
@@ -285,7 +286,8 @@ class ScanDriver(QuietListener, Driver):
         """Set the line breakpoints in an edited program; those without a line stay unverified."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
-        for point in [point for points in adapter.breakpoints.values() for point in points if point.path]:
+        line_points = [point for points in adapter.breakpoints.values() for point in points if point.path]
+        for point in line_points:
             old_row = described(point)
             try:
                 point.line, keys = places.first_line_from(point.path, point.line)
@@ -337,6 +339,7 @@ class Live(ScanDriver):
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Pause at breakpoints, adopt breakpoints of the pages, answer requests, follow a continue."""
         if not self._placed and not self._session.repeats:
             self._place()
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
@@ -404,6 +407,7 @@ class Live(ScanDriver):
     # --- during a pause
 
     def _wait_during_pause(self) -> None:
+        """Attend to pages and editor: report the stop once, answer requests, prepare steps back."""
         self._attend_pages()
         adapter = self._adapter
         if not self._placed:
@@ -417,6 +421,7 @@ class Live(ScanDriver):
             self.subject.prepare()
 
     def _report_stop(self) -> None:
+        """Tell the editor where and why the session has paused: entry, fault, step, breakpoint or pause."""
         adapter, scan = self._adapter, self.subject.extent[1]
         hits, self._hits = self._hits, []
         stepping, self._stepping = self._stepping, False
@@ -441,6 +446,7 @@ class Live(ScanDriver):
 
     @override
     def begin(self, *, stop: bool) -> None:
+        """See `Driver`; a real controller is already running."""
         adapter = self._adapter
         if self._session.live:
             return
@@ -472,6 +478,7 @@ class Live(ScanDriver):
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
+        """Set breakpoints, also on the pages; on a real port, refuse all except log points."""
         if self._session.live and not all(request.log for request in requested):
             raise DebugError("a real controller does not wait: only log points are possible on a real port")
         super().set_breakpoints(requested)
@@ -499,6 +506,7 @@ class Live(ScanDriver):
 
 
 def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | LiveText:
+    """Return the scans of a session, as the class that fits the kind of program."""
     versions = run.program.editions
     if not isinstance(session.stops, PythonStops):
         return LiveRungs(run.cpu, run.program)

@@ -47,6 +47,7 @@ def stack(adapter: Adapter, arguments: Json) -> Json:
 
 
 def _frames(adapter: Adapter) -> Iterator[Json]:
+    """Yield the frames: the rung or line and its callers, the task if it is known, and the scan."""
     cursor, subject = adapter.place(), adapter.the_subject()
     places, scan, view = subject.places(cursor.scan), cursor.scan, cursor.view
     runs = _runs(adapter)
@@ -210,6 +211,7 @@ def _set_command(adapter: Adapter, text: str) -> str:
 
 
 def _force_command(adapter: Adapter, text: str) -> str:
+    """Force a tag, or a word or bit of an image; return the answer for the console."""
     _refuse_past(adapter)
     tag, value_text = _assignment(text)
     tags = adapter.place().view.tags
@@ -222,6 +224,7 @@ def _force_command(adapter: Adapter, text: str) -> str:
 
 
 def _release_command(adapter: Adapter, tag: str) -> str:
+    """Release the force of a tag, or all forces; return the answer for the console."""
     _refuse_past(adapter)
     if not tag:
         raise DebugError("write release TAG, or release all")
@@ -248,6 +251,7 @@ def _branch_command(adapter: Adapter, _text: str) -> str:
 
 
 def _return_command(adapter: Adapter, _text: str) -> str:
+    """Go back from a past scan to the latest one, after the answer for the console, which it returns."""
     if not adapter.in_past():
         raise DebugError("this is the latest scan of the session")
     last = adapter.the_subject().extent[1]
@@ -266,6 +270,8 @@ def _reload_command(adapter: Adapter, _text: str) -> str:
 
 
 def _edit_command(step: str) -> Callable[[Adapter, str], str]:
+    """Return a command that tests, accepts or cancels the saved program; see `Driver.edit`."""
+
     def command(adapter: Adapter, _text: str) -> str:
         adapter.the_driver().edit(step)
         return "the program is checked"

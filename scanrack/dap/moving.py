@@ -64,6 +64,7 @@ def step_out(adapter: Adapter, _arguments: Json) -> None:
 
 
 def _onward(adapter: Adapter, depth: int | None, *, by_instruction: bool) -> None:
+    """Stop at the next place that is not deeper than `depth`; at the end of the scan, in the next one."""
     cursor = adapter.place()
     spot = cursor.onward(depth, by_instruction=by_instruction)
     if spot is not None:
@@ -99,6 +100,7 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
     """Run backward to the previous breakpoint, or to the first scan if there is none."""
 
     def move() -> None:
+        """Search backward, and stop at a breakpoint, where the client pauses, or at the first scan."""
         if adapter.stop_in_scan(backwards=True):
             return
         scan, subject = adapter.place().scan, adapter.the_subject()

@@ -63,6 +63,7 @@ class Places:
         return self._paths[name]
 
     def _find_file(self, name: str) -> Path | None:
+        """Return the program's file: in the folders, at its own path or as shipped; None if all differ."""
         file_path = Path(name)
         shipped = Path(str(files("scanrack.ladder"))) / "blocks" / file_path.name  # of `USE axis3601`
         for file in (*(folder / file_path.name for folder in self._folders), file_path, shipped):
@@ -132,6 +133,7 @@ class RungPlaces(Places):
         routine_name, dot, number = text.rpartition(".")
         is_numbered = bool(dot) and number.isdigit()
         name = (routine_name if is_numbered else text).upper()
+        # `Main` also finds `\Feeder.Main`, unless there are several
         matches = [
             routine for routine in self._lowered.routines if name in (routine, routine.rpartition(".")[2])
         ]

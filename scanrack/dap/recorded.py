@@ -73,13 +73,15 @@ def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
+    """Serve the client until it ends or branches; without requests, index scans and search."""
     is_busy, idle_s = True, IDLE_S  # the first run of the scans continues while there are no requests
     while not driver.over and not adapter.over:
-        served = adapter.serve(0 if adapter.running else idle_s if is_busy else None)
+        longest_wait_s = idle_s if is_busy else None
+        served = adapter.serve(0 if adapter.running else longest_wait_s)
         is_busy = is_busy or served
         idle_s = IDLE_S if served else 0
         if not served and not adapter.running:
-            is_busy = monitor.tick() | driver.prepare()
+            is_busy = monitor.tick() | driver.prepare()  # `|`, because both do part of their work
         driver.search_slice()
 
 
@@ -258,6 +260,7 @@ class RecordingDriver(Driver):
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
+        """Check breakpoints, which may run scans again; then restore the client's position."""
         adapter = self._adapter
         if adapter.cursor is None:
             self._subject.check(requested, self._first)

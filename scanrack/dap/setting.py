@@ -79,6 +79,7 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
 
 
 def _line(path: str, adapter: Adapter, arguments: Json) -> Breakpoint:
+    """Return a breakpoint on the first line with an instruction at or after the requested line."""
     line = whole(arguments, "line")
     places = adapter.the_subject().places(_current_scan(adapter))
     actual_line, keys = places.first_line_from(path, line)
@@ -107,6 +108,7 @@ def _exception(adapter: Adapter, arguments: Json) -> Breakpoint:
 
 
 def _new_breakpoint(adapter: Adapter, kind: str, name: str, arguments: Json) -> Breakpoint:
+    """Return a breakpoint with the next id; refuse a hit count that can't be read."""
     adapter.breakpoint_count += 1
     condition, hits = text(arguments, "condition", ""), text(arguments, "hitCondition", "")
     point = Breakpoint(adapter.breakpoint_count, kind, name, condition=condition, hits=hits)

@@ -29,7 +29,7 @@ _OF_CLIENTS = ("name", "type", "request", "noDebug", "restart", "presentation", 
 
 
 def launch(adapter: Adapter, arguments: Json) -> None:
-    """Run a rack, or open a trace."""
+    """Choose what runs after the response: pytest, a rack or a trace; or let a waiting test continue."""
     from scanrack.jobs.load.loading import load_job, runs
 
     requested = _checked(adapter, arguments)

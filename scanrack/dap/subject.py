@@ -176,7 +176,7 @@ class RungSubject(Subject):
     @override
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         first = self.extent[0]
-        while scan > first:
+        while scan > first:  # from each snapshot to the next one
             replayer = self.replayer(scan - 1)
             begin = max(first, next(replayer.source.snapshots(scan - 1), first))
             scans = [number for number, _hits in self.hits_between(requested, begin, scan - 1)]

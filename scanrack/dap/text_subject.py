@@ -47,6 +47,7 @@ class TextScan(View):
 
     def __init__(self, scan: int, captured: Capture) -> None:
         self.scan = scan
+        # before each line, then at the end of the scan
         self._states: list[TextState] = [state for _run, _depth, state in captured.runs]
         self._states.append(captured.state())
         self._stops = [
@@ -180,6 +181,7 @@ class TextSubject(Subject):
 
     @override
     def prepare(self) -> bool:
+        """Cache a slice of the scans before those that are cached; return whether work remains."""
         if self._filling is None:
             low = self._scan_in_view
             while low - 1 in self._cache:
@@ -188,7 +190,7 @@ class TextSubject(Subject):
             if is_done or self._earlier.departs is not None:
                 return False
             self._filling = self._cache_earlier(low)
-        if next(self._filling, self) is self:
+        if next(self._filling, self) is self:  # at its end, `next` returns its default
             self._filling = None
         return True
 
@@ -208,7 +210,7 @@ class TextSubject(Subject):
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
     ) -> Iterator[tuple[int, list[Hit]]]:
         rerun, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
-        continues = 0 <= rerun.at == begin
+        continues = 0 <= rerun.at == begin  # where the last search has ended
         rerun.rewind(first if continues else begin)
         looker, points = self._looker(requested, rerun)
         if continues:

@@ -69,6 +69,7 @@ class Wire:
             self._responses.flush()
 
     def _read_all(self) -> None:
+        """Read messages, and put them and errors into the queue; at the end of the stream, put None."""
         with suppress(OSError, ValueError):
             while True:
                 try:
@@ -82,6 +83,7 @@ class Wire:
         self._queue.put(None)
 
     def _read(self) -> Json | None:
+        """Return the next message; None at the end of the stream."""
         size: int | None = None
         while line := self._requests.readline(HEADER_MOST):
             if not line.strip():
@@ -98,6 +100,7 @@ class Wire:
         return None
 
     def _body(self, size: int) -> Json | None:
+        """Return a message of `size` bytes; None if the stream ends before that."""
         data = self._requests.read(size)
         if len(data) < size:
             return None

@@ -231,7 +231,7 @@ class OpenedRecording:
         if prepare is None:
             raise ValueError("a branch can begin only in the page of the trace itself")
         if self.job is None or self._editions is None:
-            raise ValueError("the program may not run here: see --trust")
+            raise ValueError("running the program needs --trust")
         first_scan = extent(self._trace).scan.tolist()[0]
         if first_scan:
             raise ValueError(f"the trace begins with scan {first_scan}; a branch needs it from scan 0 on")

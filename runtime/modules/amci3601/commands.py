@@ -21,7 +21,7 @@ from .operations.encoder_move import EncoderMove
 from .operations.manual_move import MANUAL_BIT, ManualMove, OneShot
 from .operations.profile_move import ProfileMove
 from .operations.registration_move import RegistrationMove
-from .refusals import ENCODER_MOVE, refused
+from .refusals import ENCODER_MOVE, refuse_if_broken
 
 Handler = Callable[[Host, int, CommandWords], None]
 
@@ -31,7 +31,7 @@ FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
 def absolute(host: Host, now_ns: int, command: CommandWords) -> None:
     """Move to the target position; with the encoder bit, move until the encoder reaches the target."""
-    if refused(host, now_ns, command):
+    if refuse_if_broken(host, now_ns, command):
         return
     target = command.parameters.target
     assert target is not None
@@ -43,7 +43,7 @@ def absolute(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def relative(host: Host, now_ns: int, command: CommandWords) -> None:
     """Move by the number of steps in the target words; with the encoder bit, by that number of counts."""
-    if refused(host, now_ns, command):
+    if refuse_if_broken(host, now_ns, command):
         return
     distance = command.parameters.target
     assert distance is not None
@@ -56,12 +56,13 @@ def relative(host: Host, now_ns: int, command: CommandWords) -> None:
 def resume(host: Host, now_ns: int, command: CommandWords) -> None:
     """Continue the held move with the speed and rates in the words."""
     held_move = host.state.held
-    if not refused(host, now_ns, command) and held_move is not None:
+    if not refuse_if_broken(host, now_ns, command) and held_move is not None:
         _start_profile_move(host, now_ns, command, held_move.name, held_move.target)
 
 
 def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: str, target: int) -> None:
-    if host.unable(now_ns, Feature.MOVE, command, target - host.axis.position):
+    """Start a move to a position in steps, unless the axis can't make it; `name` is its name in events."""
+    if host.refuse_if_unable(now_ns, Feature.MOVE, command, target - host.axis.position):
         return
     move = ProfileMove(host, now_ns, name, target, command.profile(host.state.start_sps))
     host.accept(move)
@@ -70,7 +71,7 @@ def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: st
 
 def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: int, counts: int) -> None:
     """Start a move to an encoder target that is a signed number of counts away."""
-    if host.unable(now_ns, Feature.ENCODER_MOVE, command):
+    if host.refuse_if_unable(now_ns, Feature.ENCODER_MOVE, command):
         return
     direction = 1 if counts >= 0 else -1
     move = EncoderMove(host, now_ns, target, direction, command.profile(host.state.start_sps))
@@ -82,13 +83,13 @@ def manual(host: Host, now_ns: int, command: CommandWords) -> None:
     """Move while the bit is set; with a target, end that number of steps after the registration input."""
     direction = 1 if command.msw & MANUAL_BIT[1] else -1
     move: ManualMove | OneShot
-    if refused(host, now_ns, command):
+    if refuse_if_broken(host, now_ns, command):
         return
     if refusals.registers(host, command):
-        if host.unable(now_ns, Feature.REGISTRATION, command):
+        if host.refuse_if_unable(now_ns, Feature.REGISTRATION, command):
             return
         move = RegistrationMove(host, now_ns, direction, command)
-    elif host.unable(now_ns, Feature.MANUAL, command):
+    elif host.refuse_if_unable(now_ns, Feature.MANUAL, command):
         return
     elif command.parameters.speed == 0:
         move = OneShot(host, now_ns, direction)
@@ -100,7 +101,7 @@ def manual(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def find_home(host: Host, now_ns: int, command: CommandWords) -> None:
     """Home in the direction of the bit."""
-    if refused(host, now_ns, command) or host.unable(now_ns, Feature.HOME, command):
+    if refuse_if_broken(host, now_ns, command) or host.refuse_if_unable(now_ns, Feature.HOME, command):
         return
     direction = 1 if command.msw & FIND_HOME_CW else -1
     assert host.state.configuration is not None
@@ -114,7 +115,7 @@ def find_home(host: Host, now_ns: int, command: CommandWords) -> None:
 def run_blend(host: Host, now_ns: int, command: CommandWords) -> None:
     """Run the stored blend profile in the direction of the bit."""
     program = host.state.blend
-    if refused(host, now_ns, command) or program is None:
+    if refuse_if_broken(host, now_ns, command) or program is None:
         return
     operation = BlendRun(host, now_ns, 1 if command.msw & RUN_CW else -1, program)
     host.accept(operation)
@@ -138,7 +139,7 @@ def immediate_stop(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def preset_position(host: Host, now_ns: int, command: CommandWords) -> None:
     """Set the position, and a diagnostic count, to the target; the position becomes valid."""
-    if refused(host, now_ns, command):
+    if refuse_if_broken(host, now_ns, command):
         return
     value = command.parameters.target
     assert value is not None
@@ -150,9 +151,9 @@ def preset_position(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
     """Set the encoder count to the target; the validity of the position does not change."""
-    if refused(host, now_ns, command):
+    if refuse_if_broken(host, now_ns, command):
         return
-    if not host.unable(now_ns, Feature.PRESET_ENCODER, command):
+    if not host.refuse_if_unable(now_ns, Feature.PRESET_ENCODER, command):
         value = command.parameters.target
         assert value is not None
         host.axis.preset_encoder(value)
@@ -160,7 +161,7 @@ def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def reset_errors(host: Host, now_ns: int, command: CommandWords) -> None:
     """Clear recoverable errors; a running motion continues."""
-    if not refused(host, now_ns, command):
+    if not refuse_if_broken(host, now_ns, command):
         host.state.latches.clear(RESETTABLE | host.profile.further_errors)
         host.axis.reset_errors()
 
@@ -181,7 +182,7 @@ def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous:
         return
     if command.many_bits and command.msw & ~previous.msw & COMMAND_BITS:
         return
-    if not refused(host, now_ns, command, refusals.STORE_MINIMUM):
+    if not refuse_if_broken(host, now_ns, command, refusals.STORE_MINIMUM):
         distance = command.parameters.target
         assert distance is not None
         host.state.store_minimum(distance)

@@ -92,6 +92,7 @@ class Latches:
         self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
+        """Set bits, store the rule as the cause of each new error bit, and report the rule as an event."""
         rule = self.profile.rules[rule_id]
         new_bits = bits & ~self.bits & self.profile.error_bits
         self.causes.update((bit, rule_id) for bit in self.profile.masks.values() if bit & new_bits)

@@ -65,6 +65,7 @@ class Amci3601(SteppedModule):
         ValueError: an unknown firmware or option.
     """
 
+    # the classes of the parts, which another module of the family replaces
     _layer_of: Callable[..., CommandLayer] = CommandLayer
     _axis_of: Callable[..., StepGenerator] = StepGenerator
 
@@ -98,6 +99,7 @@ class Amci3601(SteppedModule):
         self._power_up()
 
     def _power_up(self) -> None:
+        """Make a new axis and command layer, and show their first image; shaft and clock continue."""
         self.axis = self._axis_of(self.machine, diagnostic_wiring=self._diagnostic_wiring)
         self.axis.advance(self._now_ns)
         self.layer = self._layer_of(
@@ -216,6 +218,10 @@ class Amci3601(SteppedModule):
     # -- time ---------------------------------------------------------------------------------
 
     def _work(self, now_ns: int, outputs: Image) -> None:
+        """Process all events up to `now_ns`, write the input image, and find the next event.
+
+        In a module that is removed or has a fatal error, only the time advances.
+        """
         if self.trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self.axis.advance(now_ns)
         else:
@@ -248,6 +254,7 @@ class Amci3601(SteppedModule):
         self.axis.advance(now_ns)
 
     def _tick(self, tick_ns: int, outputs: Image) -> None:
+        """Let the layer obey mode, output words and inputs at a tick; plan the next tick and count."""
         self.axis.advance(tick_ns)
         if self.layer.state.running != (self._plc_running and self.trouble is None):
             self._change_mode(tick_ns)
@@ -314,6 +321,7 @@ class Amci3601(SteppedModule):
         self._set_lights()
 
     def _set_lights(self) -> None:
+        """Set the lights from the fault or from the status bits; report changed lights as an event."""
         layer, trouble = self.layer, self.trouble
         lights = None if trouble is None else FAULT_IMAGES[trouble].lights
         if lights is None:

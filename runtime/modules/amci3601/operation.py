@@ -79,7 +79,9 @@ class Host(Protocol):
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
         """Report a refusal by the axis."""
 
-    def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
+    def refuse_if_unable(
+        self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0
+    ) -> bool:
         """Refuse a function that the axis lacks, after the manual's rules; return whether it was refused."""
 
     def accept(self, operation: Operation) -> None:

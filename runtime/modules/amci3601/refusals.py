@@ -365,7 +365,7 @@ _OF_BIT: dict[int, Refusals] = {
 """The rules of commands whose rules never vary; Hold and Immediate Stop have none."""
 
 
-def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
+def refuse_if_broken(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
     """Fire every broken rule; return whether a rule is broken.
 
     Args:

@@ -21,10 +21,11 @@ HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value
 
 
 def report(host: Host, words: memoryview[int]) -> None:
-    """Write the eight input words; the host's axis has been advanced to the present instant."""
+    """Write the eight input words of the present mode; the axis has been advanced to this instant."""
     state = host.state
     if state.in_configuration_mode:
         live_bits = state.latches.bits & (MODE_CONFIG | CONFIG_ERROR | MODULE_OK)
+        # bits 13 to 15 are status; the others echo the configuration
         words[0] = signed_word(live_bits | state.mirror[0] & 0x1FFF)
         words[1], words[2], words[3] = state.mirror[1:4]
         words[4] = words[5] = 0
@@ -62,6 +63,7 @@ def _joined(msw: int, lsw: int) -> int:
 
 
 def _status_msw(host: Host) -> int:
+    """Return word 0: latched bits, and motion bits of the axis or, while it rests, of the operation."""
     bits = host.state.latches.bits
     direction, ramp = host.axis.direction, host.axis.ramp
     if direction == 0 and host.operation is not None:
@@ -74,6 +76,7 @@ def _status_msw(host: Host) -> int:
 
 
 def _status_lsw(host: Host) -> int:
+    """Return word 1: inputs, further errors, and bits of homing, operation, blending and registration."""
     state = host.state
     bits = state.reported_inputs | state.latches.bits >> 16
     if state.proximity:

@@ -150,6 +150,7 @@ class StepGenerator:
             self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
 
     def _end(self, now_ns: int) -> None:
+        """Forget the motion and the events requested in it, and let the machine rest."""
         self.motion = None
         self.segment = None
         self._steps_made = 0
@@ -399,10 +400,10 @@ class SteppedModule:
     axis: StepGenerator
     machine: Machine
     before_change: Callable[[], None]
-    _now_ns: int
-    _tick_ns: int
+    _now_ns: int  # the last `update`
+    _tick_ns: int  # the module's scan
     _due_ns: int  # until this instant only position and count change
-    _counting: bool
+    _counting: bool  # whether the image shows the encoder's counts
     _segment: Segment | None  # the segment whose position the image shows
     _acted_on: bytes | None  # the output words that were obeyed
 

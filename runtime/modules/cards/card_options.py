@@ -146,6 +146,7 @@ class CardOptions(Options):
 
     @model_validator(mode="after")
     def _check_consistency(self) -> Self:
+        """Refuse names that are invalid, repeated or not wired, and operations that conflict."""
         for field in ("inputs", "outputs"):
             _check_names(field, getattr(self, field))
         shared_names = sorted(set(self.inputs) & set(self.outputs))
@@ -170,7 +171,7 @@ class CardOptions(Options):
             ValueError: a terminal or channel does not exist on the card, or an analog card has a contact.
         """
         for field, image, masks in (("inputs", "I", kind.inputs), ("outputs", "O", kind.outputs)):
-            channels = [(1 << kind.channels[image]) - 1]
+            channels = [(1 << kind.channels[image]) - 1]  # a mask as of terminals, one bit per channel
             _check_terminals(kind, field, getattr(self, field), channels if kind.analog else masks)
         if kind.analog and (self.normally_closed or self.cam):
             raise ValueError(f"a {kind.name} has no contacts; remove normally_closed and cam")
@@ -179,7 +180,8 @@ class CardOptions(Options):
         self._check_ranges(kind)
 
     def _check_press(self, press: InputPress, *, analog: bool) -> None:
-        if analog is not (press.value is not None):
+        has_value = press.value is not None
+        if analog != has_value:
             reason = "needs a value" if analog else "is a contact and has no value"
             raise ValueError(f"timeline: {press.input!r} {reason}")
         if analog and press.end_ns is not None:
@@ -188,6 +190,7 @@ class CardOptions(Options):
             self.check_value(press.input, press.value)
 
     def _check_ranges(self, kind: CardKind) -> None:
+        """Refuse a range or a format that the card lacks, or that belongs to no channel with a range."""
         for name, choice in self.ranges.items():
             _check_choice(f"ranges: {name!r}", choice, kind.ranges, kind.name)
             if name not in self.inputs and name not in self.outputs:
@@ -258,10 +261,11 @@ class CardOptions(Options):
 
 
 def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
+    """Return the words of a digital card, in which each wired terminal is a named bit."""
     return ModuleWords(
         "Discrete",
-        WORD_NAMES,
-        WORD_NAMES,
+        outputs=WORD_NAMES,
+        inputs=WORD_NAMES,
         groups={
             "input": {
                 name: BitPlace("I", *divmod(terminal, WORD_BITS)) for name, terminal in options.inputs.items()

@@ -76,7 +76,7 @@ class GenericCard(Module):
         self._output_words = [(index, mask, WORD_BITS * index) for index, mask in enumerate(kind.outputs)]
         self._shown_words = range(len(kind.shown))
         self._echo_shift = WORD_BITS * kind.echo_at
-        for image, channel in self._channels:
+        for image, channel in self._channels:  # the word of a signal of 0 depends on the range
             if image == "I":
                 self._set_signal(channel, Fraction(0))
 
@@ -107,6 +107,7 @@ class GenericCard(Module):
         self.lit = self._outputs(outputs) if self._plc_running else 0
         if not self.kind.analog:
             self._show(self._levels | self.lit << self._echo_shift if self.kind.echo else self._levels)
+        # an analog input is in the image as soon as it is set
         elif self.kind.channels_out and (driven := self._driving(outputs)) != self._driven_before:
             self._drive(driven)
         return self._image
@@ -229,6 +230,7 @@ class GenericCard(Module):
         return operated is not (name in self.options.normally_closed)
 
     def _apply(self, change: Change) -> None:
+        """Apply a change of the timeline, and report it as an event."""
         name = change.input
         if change.value is not None:
             self.set_value(name, change.value)

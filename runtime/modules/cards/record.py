@@ -64,6 +64,7 @@ def make(
 
 
 def _record(kind: CardKind) -> ModuleRecord:
+    """Return the record of a kind of card; its functions read the options of a slot."""
     return ModuleRecord(
         name=kind.name,
         make=partial(make, kind),

@@ -144,6 +144,7 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
 
 
 def _input_action(drive: DriveUnit, name: str, state: str, wired: int) -> Callable[[], None]:
+    """Return a function that sets an input, or wires it as a switch at positions; see `action`."""
     bit = drive.terminals[drive.model.input_names.index(name)]
     if bit.value & wired:
         raise ValueError(f"{name} is wired to the machine ({str(bit.name).lower()})")

@@ -75,14 +75,15 @@ class DriveUnit(SteppedModule):
         self.machine.before_change = self.look_again
         self._tick_ns = 1000 * self.options.input_scan_us
         self._now_ns = 0
-        self._running = self._cable = True
+        self._running = self._cable = True  # PLC in run mode, network cable connected
         self._due_ns = 0  # until this instant only position and encoder change
-        self._hot = False
-        self._condition_bits = StatusBit(0)
+        self._hot = False  # too hot to work
+        self._condition_bits = StatusBit(0)  # temperature and encoder error
         self._image = Image(size=WORDS)
         self._power_up(DriveMemory(configuration=stored_words) if memory is None else memory)
 
     def _power_up(self, memory: DriveMemory) -> None:
+        """Make a new axis and command layer with the content of the flash; shaft and clock continue."""
         self.axis = StepGenerator(self.machine)
         self.axis.advance(self._now_ns)
         self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)

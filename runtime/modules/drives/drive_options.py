@@ -134,8 +134,9 @@ class SmdOptions(DriveOptions):
 
     @override
     def stored_in(self, model: Model) -> tuple[int, ...] | None:
-        for rule in broken_rules(self.stored, model, self.build) if self.stored else ():
-            raise ValueError(f"option stored: {rule.text} [{rule.id}, {rule.section}]")
+        rules = broken_rules(self.stored, model, self.build) if self.stored else []
+        if rules:
+            raise ValueError(f"option stored: {rules[0].text} [{rules[0].id}, {rules[0].section}]")
         return self.stored or None
 
 

@@ -146,10 +146,11 @@ class DriveLayer:
         self.enabled = self.faulty = self.frozen = False
         self.current = self.jerk = 0
         self._events = events
-        self._levels = 0
+        self._levels = 0  # electrical, at the last tick
         self._written: tuple[int, ...] | None = None  # words written in the present configuration mode
         self._mirror: tuple[int, ...] = (0,) * WORDS  # input words of configuration mode
-        self.command = DriveCommand((0,) * WORDS, model, self._format)
+        self.command = DriveCommand((0,) * WORDS, model, self._output_format)
+        # those that the host reads and writes by default; after a power cycle they are reported again
         self._reported_formats = (NumberFormat.THOUSANDS, NumberFormat.THOUSANDS) if now_ns == 0 else None
         self.fire(now_ns, "POS-01")
         if memory.configuration is None:
@@ -158,7 +159,8 @@ class DriveLayer:
             self._adopt(memory.configuration)
         if memory.encoder_offset is not None and axis.counting:
             axis.preset_encoder(axis.machine.encoder_counts(now_ns) + memory.encoder_offset)
-        self.segments = [DriveCommand(words, model, self._format) for words in memory.segments]
+        # after `_adopt`, which removes all segments
+        self.segments = [DriveCommand(words, model, self._output_format) for words in memory.segments]
         self._note_formats(now_ns)
 
     # -- present state ------------------------------------------------------------------------
@@ -174,7 +176,8 @@ class DriveLayer:
         return self.operation is not None and not self.operation.over
 
     @property
-    def _format(self) -> NumberFormat:
+    def _output_format(self) -> NumberFormat:
+        """Format of the numbers that the host writes."""
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
@@ -246,7 +249,7 @@ class DriveLayer:
 
     def _note_formats(self, now_ns: int) -> None:
         """Report the number formats if the configuration has changed them."""
-        formats = self.input_format, self._format
+        formats = self.input_format, self._output_format
         if formats != self._reported_formats and self.model.number_format is None:
             self._reported_formats = formats
             reads, writes = (number_format.value for number_format in formats)
@@ -279,6 +282,7 @@ class DriveLayer:
             self.operation.on_end(now_ns)
 
     def _sample(self, levels: int) -> None:
+        """Update the active inputs, their rising edges and the captured value; clear a limit once left."""
         state, configuration = self.state, self.state.configuration
         self._levels = levels
         active_before = state.active
@@ -295,15 +299,16 @@ class DriveLayer:
     # -- words --------------------------------------------------------------------------------
 
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
+        """Obey new words: configuration mode, or the enable bit, fallen bits, and the command that rose."""
         previous = self.command
         if words[0] & CommandBit.MODE_CONFIG:
-            self.command = DriveCommand(words, self.model, self._format)
+            self.command = DriveCommand(words, self.model, self._output_format)
             self._configure(now_ns, words, entering=not previous.configures)
             self._enable(now_ns)
             return
         if self.in_configuration:
             self._leave_configuration(now_ns)
-        self.command = command = DriveCommand(words, self.model, self._format)
+        self.command = command = DriveCommand(words, self.model, self._output_format)
         self.state.proximity = bool(command.modifiers & Modifier.BACKPLANE_PROXIMITY)
         self._enable(now_ns)
         self._react_to_fallen_bits(now_ns, previous.bits & ~command.bits)
@@ -356,7 +361,7 @@ class DriveLayer:
         else:
             HANDLERS[risen](self, now_ns, command)
 
-    def _refused(self, now_ns: int, *rules: tuple[str, bool]) -> bool:
+    def _refuse_if_broken(self, now_ns: int, *rules: tuple[str, bool]) -> bool:
         """Report the first broken rule; return whether a rule is broken.
 
         Args:
@@ -435,8 +440,8 @@ class DriveLayer:
             self.cut(now_ns, "POS-02")
 
     def _may_move(self, now_ns: int, *further_rules: tuple[str, bool]) -> bool:
-        """Return whether a move may begin; report the first broken rule (see `_refused`)."""
-        return not self._refused(
+        """Return whether a move may begin; report the first broken rule (see `_refuse_if_broken`)."""
+        return not self._refuse_if_broken(
             now_ns,
             ("CMD-04", self.busy),
             ("CMD-08", not self.enabled or self.faulty),
@@ -448,7 +453,7 @@ class DriveLayer:
         """Return whether an active limit forbids a direction, and report it [interpretation R-39]."""
         limits = self.state.active & LIMITS
         only_jogs_leave_limits = self.model.layout is Layout.ANF2
-        return self._refused(
+        return self._refuse_if_broken(
             now_ns,
             ("CMD-19", only_jogs_leave_limits and not jog and bool(limits)),
             ("INP-03", bool(limits & LIMIT_OF.get(heading, 0))),
@@ -459,6 +464,7 @@ class DriveLayer:
         self._move(now_ns, command, "absolute", lambda: command.target, ("CMD-05", is_invalid))
 
     def _relative(self, now_ns: int, command: DriveCommand) -> None:
+        """Start or arm a move by the target, from the position or the encoder's count at its start."""
         by_encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
         distance = command.target
         if distance is None:
@@ -490,6 +496,7 @@ class DriveLayer:
         profile = profile_of(command, self.start_sps)
 
         def start(now_ns: int) -> None:
+            """Start the move to its target as of now, unless an active limit forbids its direction."""
             target_steps = target()
             assert target_steps is not None
             motion: Move | DriveEncoderMove
@@ -498,7 +505,8 @@ class DriveLayer:
                 heading = motion.heading
             else:
                 motion = Move(self, now_ns, name, target_steps, profile)
-                heading = (target_steps > self.axis.position) - (target_steps < self.axis.position)
+                steps_to_go = target_steps - self.axis.position
+                heading = 0 if steps_to_go == 0 else 1 if steps_to_go > 0 else -1
             if not self._limit_forbids(now_ns, heading):
                 self._begin(command, motion)
                 motion.start(now_ns)
@@ -524,6 +532,10 @@ class DriveLayer:
         self._adopt_current_and_jerk(command)
 
     def _adopt_current_and_jerk(self, command: DriveCommand) -> None:
+        """Adopt the jerk of a command, and its motor current or else that of the configuration.
+
+        A registration move keeps the current in force, because its minimum distance is in that word.
+        """
         configuration = self.state.configuration
         assert configuration is not None
         if not command.modifiers & Modifier.REGISTRATION_MOVE:
@@ -537,6 +549,7 @@ class DriveLayer:
             self.fire(now_ns, "CMD-06")
 
     def _resume(self, now_ns: int, command: DriveCommand) -> None:
+        """Continue the held move with the command's speed and rates; refuse it without a held move."""
         held_move = self.held
         rules = ("CMD-07", held_move is None), ("CMD-03", not self._ranges_hold(command))
         if not self._may_move(now_ns, *rules) or held_move is None:
@@ -548,6 +561,7 @@ class DriveLayer:
             motion.start(now_ns)
 
     def _home(self, now_ns: int, command: DriveCommand, heading: int) -> None:
+        """Start a home search, unless the drive has no home input."""
         configuration = self.state.configuration
         home_missing = configuration is not None and HOME not in configuration.roles
         if self._may_move(now_ns, ("CMD-21", home_missing), ("CMD-03", not self._ranges_hold(command))):
@@ -568,7 +582,7 @@ class DriveLayer:
             return
         if self._limit_forbids(now_ns, heading, jog=True):
             return
-        if registers and self._refused(
+        if registers and self._refuse_if_broken(
             now_ns,
             ("CMD-15", self._too_short(command)),
             ("CMD-20", bool(self.state.active & STOP_JOG)),
@@ -600,6 +614,7 @@ class DriveLayer:
         return command.target * PICO < ramp
 
     def _preset_position(self, now_ns: int, command: DriveCommand) -> None:
+        """Set the position to the target, or by a modifier to the encoder's count; end a hold."""
         copies = bool(command.modifiers & Modifier.ENCODER_TO_POSITION)
         value = self.axis.encoder if copies else command.target
         refusals = (
@@ -607,7 +622,7 @@ class DriveLayer:
             ("CMD-12", copies and not self.axis.counting),
             ("CMD-03", value is None),
         )
-        if self._refused(now_ns, *refusals) or value is None:
+        if self._refuse_if_broken(now_ns, *refusals) or value is None:
             return
         self.axis.preset_position(value)
         self.held = None
@@ -615,9 +630,10 @@ class DriveLayer:
         self.status.bits |= StatusBit.ACKNOWLEDGE
 
     def _preset_encoder(self, now_ns: int, command: DriveCommand) -> None:
+        """Set the encoder's count to the target, and acknowledge; Save to Flash also stores its offset."""
         value = command.target
         refusals = ("CMD-04", self.busy), ("CMD-12", not self.axis.counting), ("CMD-03", value is None)
-        if self._refused(now_ns, *refusals) or value is None:
+        if self._refuse_if_broken(now_ns, *refusals) or value is None:
             return
         self.axis.preset_encoder(value)
         self.status.bits |= StatusBit.ACKNOWLEDGE
@@ -628,7 +644,7 @@ class DriveLayer:
     # -- assembled moves ----------------------------------------------------------------------
 
     def _program_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        if not self._refused(now_ns, ("CMD-04", self.busy)):
+        if not self._refuse_if_broken(now_ns, ("CMD-04", self.busy)):
             self.session = AssembledSession()
 
     def _read_segment(self, now_ns: int, command: DriveCommand) -> None:
@@ -655,6 +671,7 @@ class DriveLayer:
             self.frozen = True
 
     def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
+        """Start or arm the stored segments: with Dwell Move as moves with pauses, else as one blend."""
         if not self._may_move(
             now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)
         ):
@@ -662,13 +679,14 @@ class DriveLayer:
         dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
         segments = list(self.segments)
         blend_heading = -1 if command.modifiers & Modifier.REVERSE_BLEND else 1
-        if not dwells and self._refused(now_ns, ("CMD-18", not self._segments_fit(segments))):
+        if not dwells and self._refuse_if_broken(now_ns, ("CMD-18", not self._segments_fit(segments))):
             return
 
         def start(now_ns: int) -> None:
+            """Start the motion with the jerk of its last segment, unless an active limit forbids it."""
             motion: BlendMove | DwellMove
             if dwells:
-                motion = DwellMove(self, now_ns, segments, 1_000_000 * command.words[9])
+                motion = DwellMove(self, now_ns, segments, pause_ns=1_000_000 * command.words[9])
                 heading = 1 if (segments[0].target or 0) > 0 else -1
             else:
                 motion, heading = BlendMove(self, now_ns, blend_heading, segments), blend_heading
@@ -680,6 +698,7 @@ class DriveLayer:
         self._start_or_arm(now_ns, command, start)
 
     def _segments_fit(self, segments: Sequence[DriveCommand]) -> bool:
+        """Return whether each segment of a blend is at least as long as its ramps."""
         try:
             blend_program(segments, self.start_sps)
         except ValueError:

@@ -282,6 +282,7 @@ class DriveRegistrationMove(Jog):
 
     @override
     def on_tick(self, now_ns: int) -> None:
+        """Plan the exact end after the bit's release or the input, but not before the minimum distance."""
         steps_made = abs(self.axis.position - self.started_at)
         waits = self.minimum > 0 and steps_made <= self.minimum
         if not self.stopping and not waits and (self.released or self.layer.state.active & STOP_JOG):
@@ -428,6 +429,7 @@ class DwellMove(DriveMotion):
 
     @override
     def on_tick(self, now_ns: int) -> None:
+        """When the axis comes to rest, begin a pause; when the pause is over, start the next segment."""
         if self.axis.moving or self.over:
             return
         if self._resumes_ns is None:

@@ -58,6 +58,7 @@ class DriveRegisters:
         return answer_to(self._decoded(request), self._carry_out)
 
     def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
+        """Return the reply to a request, after its writes; raise ModbusRefusedError if it is refused."""
         function = request.function_code
         if function in READS:
             return reply_with(request, READS[function](self, request.address, request.count))
@@ -96,6 +97,7 @@ class DriveRegisters:
     # writing
 
     def _write(self, first: int, values: Sequence[int]) -> None:
+        """Write output registers, and let all axes obey; registers that do not change have no effect."""
         outputs, offset = self._outputs(), first - OUTPUTS
         if _slice(outputs, offset, len(values)) == list(values):
             return
@@ -105,7 +107,7 @@ class DriveRegisters:
 
     def _write_bits(self, request: ModbusPDU) -> None:
         outputs, offset, values = _bits(self._outputs()), request.address - COILS, request.bits
-        _slice(outputs, offset, len(values))
+        _slice(outputs, offset, len(values))  # refuses an address without a coil
         outputs[offset : offset + len(values)] = values
         self._write(OUTPUTS, [number_of(outputs[bit : bit + 16]) for bit in range(0, len(outputs), 16)])
 

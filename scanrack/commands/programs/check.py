@@ -57,8 +57,10 @@ def _check_command(
     An L5X, SLC, .rung or .st file is checked without a rack. For stored programs of the PCL601 (one or more
     files), it prints the memory size of each program.
 
-    Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
-    Example: scanrack check machine.L5X --format sarif > machine.sarif
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack check feeder/feeder.toml
+        scanrack check machine.L5X --format sarif > machine.sarif
 
     Exit status: 0 nothing found, 1 something found, 2 a file can't be used.
     """
@@ -83,6 +85,7 @@ def _check_command(
 
 
 def _check_files(files: Sequence[str], drive: str | None) -> CheckReport:
+    """Check one rack or program; with a drive, list what changes when it replaces the 3601s."""
     from scanrack.io_images.drives.models import MODELS
     from scanrack.jobs.check import check_rack, check_replacement, load_any
     from scanrack.jobs.prove.serving.judging import verdicts
@@ -114,6 +117,7 @@ def _stored_summaries(files: list[str]) -> list[str]:
 
 
 def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
+    """Print a report in a format; JUnit also shows the name of the file."""
     from scanrack.io_images.versions import distribution_version
     from scanrack.jobs.check.formats import as_json as json_of
     from scanrack.jobs.check.formats import as_junit, as_sarif
@@ -129,6 +133,7 @@ def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
 
 
 def _say(report: CheckReport) -> None:
+    """Print the findings, their number, and what the checks could not see."""
     for finding in report.findings:
         say(str(finding))
     number = len(report.findings)

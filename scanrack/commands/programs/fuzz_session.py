@@ -208,6 +208,7 @@ class Session:
         runs_kept, count, slots = self._kept_runs(), 0, self._bench.spec.slot
 
         def runs() -> Iterator[Scenario]:
+            """Yield and count runs until the time for explanations is over, but at least one."""
             nonlocal count
             for scenario in runs_kept:
                 if count and not self._spending.explains:
@@ -227,14 +228,14 @@ class Session:
         }
         profile = profile_in(slots, None)
         never = unfired(
-            {rule for rule, count in self._state.rules.items() if count}, coverage.words, oldest, profile
+            {rule for rule, times in self._state.rules.items() if times}, coverage.words, oldest, profile
         )
         page = self.folder / COVERAGE
         partly = (
             f" in {count} of {len(runs_kept)} runs, since the time is over" if count < len(runs_kept) else ""
         )
         title, rules = f"Coverage of {self.job.program.name}", len(error_rules(profile))
-        save_coverage(page, title, coverage.lines, count, never, rules)
+        save_coverage(page, title, coverage.lines, runs=count, never=never, rules=rules)
         return never, f"coverage      {coverage_line(coverage.lines)}{partly}, see {page}"
 
     def _status(self, status: int) -> int:
@@ -300,14 +301,19 @@ class Session:
                 yield recipe.scenario
 
     def _search(self, again: tuple[Scenario, ...]) -> int:
+        """Search until the budget is spent or Ctrl-C is pressed; return the status.
+
+        The scenarios in `again` are run first.
+        """
         state, memory, spending = self._state, self._memory, self._spending
-        first = state.tasks + -(-len(again) // self.examples)
+        tasks_until_new = state.tasks + -(-len(again) // self.examples)
         work = Work(self.setup.with_absolute_paths(), memory.finds.with_absolute_paths())
         jobs, dask = self.options.tasks_at_a_time, self.options.dask
-        with self._progress() as show, noting_ctrl_c() as pressed:
+        with self._progress() as show, noting_ctrl_c() as was_pressed:
 
             def news(failures: list[Counterexample]) -> None:
-                if state.tasks >= first:
+                """Show and save the new failures of a task, which may be none."""
+                if state.tasks >= tasks_until_new:
                     memory.all_were_run()
                 show(failures)
                 self._save(failures)
@@ -322,14 +328,14 @@ class Session:
                     jobs=jobs,
                     again=again,
                     suggest=self._solver,
-                    has_time=lambda: not pressed() and spending.searches,
+                    has_time=lambda: not was_pressed() and spending.searches,
                     allowance=lambda: spending.allowance(jobs or 1),
                     news=news,
                 )
             except KeyboardInterrupt:
                 interrupted = True
             else:
-                interrupted = pressed()
+                interrupted = was_pressed()
         if interrupted:
             complain(f"stopped by {interrupted_by()}; run the same command to continue")
             return INTERRUPTED
@@ -352,7 +358,7 @@ class Session:
                         self._bench,
                         counterexample,
                         folder,
-                        lambda: self._spending.explains,
+                        has_time=lambda: self._spending.explains,
                     )
                 self._spending.not_explained += not explained
             write_state(self._state, self.state_file)
@@ -381,6 +387,7 @@ class Session:
             yield self._bar(bar, bar.add_task("searching", total=total))
 
     def _bar(self, bar: Progress, task: TaskID) -> Callable[[list[Counterexample]], None]:
+        """Return a function that prints the new failures of a task, and updates the bar."""
         state = self._state
         tasks_before = state.tasks
 

@@ -93,6 +93,7 @@ def summary(state: State, before: State, seconds: float, rules: ErrorRules) -> s
 
 
 def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
+    """Yield lines with the runs of the session and of the campaign, and the shares of the time spent."""
     runs, scans = state.runs - before.runs, state.scans - before.scans
     rate = f" ({runs / seconds:,.0f} runs and {scans / seconds:,.0f} scans per second)" if runs else ""
     yield f"runs          {runs:,}{rate}"
@@ -145,7 +146,7 @@ def held(names: Collection[str], state: State) -> str:
 def goals(searched: Collection[Invariant], state: State) -> list[str]:
     """Return a line for each goal: whether it was seen, or its greatest value."""
     lines = [f"{'':<14}{_goal(goal, state)}" for goal in searched]
-    return [line.replace(" " * 6, "sought", 1) for line in lines[:1]] + lines[1:]
+    return [line.replace(" " * 5, "goals", 1) for line in lines[:1]] + lines[1:]
 
 
 def _goal(goal: Invariant, state: State) -> str:
@@ -181,6 +182,7 @@ def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> st
 
 
 def _next(job: LoadedRack, state: State, solver: SolverStep, *, is_open: bool) -> str:
+    """Return the next step: fix the failures, search longer, prove, or add invariants."""
     rack = shlex.quote(str(job.rack_file))
     if state.found:
         return f"fix the failures, then run scanrack fuzz {rack} again: it repeats them first"

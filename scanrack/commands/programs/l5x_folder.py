@@ -70,7 +70,7 @@ class FolderReport:
     any_refused: bool = False
 
     def add(self, report: Report) -> None:
-        """Add the report of a file."""
+        """Add the counts of a file's report, and its refusals by kind."""
         is_whole = report.target == WHOLE
         self.controllers += is_whole
         self.complete += is_whole and report.complete

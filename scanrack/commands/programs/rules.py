@@ -160,7 +160,7 @@ def listing(rules: Sequence[Rule], table: RuleTable = AMCI3601) -> str:
 
 
 def entry(rule: Rule, table: RuleTable = AMCI3601) -> Iterator[str]:
-    """Yield the lines of one rule."""
+    """Yield the lines of one rule: its text, then its bits, versions and readings as far as it has any."""
     yield f"{rule.id:<{len(INDENT)}}{rule.section}"
     yield from _paragraph(rule.text)
     for title, words in (
@@ -229,6 +229,9 @@ def _rules_command(
     as_json: JsonOption = False,
 ) -> None:
     """List rules and error bits of a 3601 or a drive, with the manual's section and text.
+
+    Examples:
+        scanrack rules amci3601 --bit COMMAND_ERROR
 
     Exit status: 0 printed, 2 an option can't be used.
     """

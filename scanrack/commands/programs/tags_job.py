@@ -102,6 +102,7 @@ def _csv(rows: list[TagRow]) -> str:
 
 
 def _print_table(rows: list[TagRow]) -> None:
+    """Print the tags as a table, without columns that are empty."""
     cells = [_cells(row) for row in rows]
     columns_used = [
         column for column in range(len(COLUMNS)) if any(line_cells[column] for line_cells in cells)

@@ -90,6 +90,7 @@ class _Answer(NamedTuple):
 
 
 def _as_json(answer: _Answer) -> dict[str, object]:
+    """Return the answer for --json: the plain fields, then chain, inputs and operator actions, if any."""
     fields = {
         name: value for name, value in answer._asdict().items() if name not in ("chain", "remedies", "acts")
     }
@@ -107,6 +108,7 @@ def _as_json(answer: _Answer) -> dict[str, object]:
 
 
 def _ask_bench(file: str, question: Question) -> _Answer:
+    """Run a rack to the scan of the question, or to a fault, and answer there."""
     from scanrack.jobs.bench.opening import open_bench  # a trace needs no bench
     from scanrack.jobs.why.acts import acts_for
     from scanrack.jobs.why.answer import parse_value
@@ -126,10 +128,21 @@ def _ask_bench(file: str, question: Question) -> _Answer:
     if subject is not None and chain is not None and want is not None:
         remedies = bench.suggest_inputs(subject, want)
         acts = acts_for(bench, chain, subject, parse_value(want))
-    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
+    return _Answer(
+        scan=bench.scans - 1,
+        now_ns=bench.now_ns,
+        fault=fault,
+        notes=(),
+        when=when,
+        text=text,
+        chain=chain,
+        remedies=remedies,
+        acts=acts,
+    )
 
 
 def _ask_trace(path: Path, question: Question, *, trust: bool) -> _Answer:
+    """Answer a question about a recording; print the notes on the trace and on the answer."""
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         try:
             answer = why_of_trace(trace, Path(folder), question, trust=trust)
@@ -138,7 +151,14 @@ def _ask_trace(path: Path, question: Question, *, trust: bool) -> _Answer:
     print_notes(answer)
     when = f"scan {answer.scan:,}, {seconds(answer.now_ns)} s:"
     return _Answer(
-        answer.scan, answer.now_ns, None, answer.notes, when, answer.text, answer.chain, answer.remedies
+        scan=answer.scan,
+        now_ns=answer.now_ns,
+        fault=None,
+        notes=answer.notes,
+        when=when,
+        text=answer.text,
+        chain=answer.chain,
+        remedies=answer.remedies,
     )
 
 
@@ -161,9 +181,10 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
         mentions = tuple(sorted(mentions, key=lambda mention: mention.text.upper()))
     if as_json:
         say_json({"tag": tag, "mentions": list(map(_mention_row, mentions))})
-    for mention in () if as_json else mentions:
-        site = mention.site
-        say(f"{mention.text:<28} {mention.way:<14} {site.routine}, {site.place}: {site.instruction}")
+    else:
+        for mention in mentions:
+            site = mention.site
+            say(f"{mention.text:<28} {mention.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
         raise SystemExit(NO)

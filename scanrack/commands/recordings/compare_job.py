@@ -77,6 +77,7 @@ def compare_traces(options: CompareOptions) -> None:
 
 
 def _clock(trace_a: Trace, trace_b: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
+    """Return how times of trace B become times of trace A, as --align or --realign selects."""
     if align_at is not None and realign_at is not None:
         raise ValueError("--align and --realign: give only one of them")
     if realign_at is not None:

@@ -65,9 +65,9 @@ def replay_trace(options: ReplayOptions) -> None:
                 facts = trace.head.metadata
                 resumed = ResumedOperation(
                     recording,
-                    {slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
-                    forced_rows(plan_of(recording)),
-                    configuration_words(options.configuration),
+                    simulated={slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
+                    forced=forced_rows(plan_of(recording)),
+                    configuration=configuration_words(options.configuration),
                     captured=facts.get("source") == "capture",
                     sampled=is_sampled(facts),
                 )
@@ -80,7 +80,15 @@ def replay_trace(options: ReplayOptions) -> None:
                 spec, recording, stimuli, resumed.active_high if resumed is not None else {}
             )
             exact = stimuli is not Stimuli.INPUTS
-            replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
+            replay = Replay(
+                recording,
+                spec=on_machine,
+                logic=logic,
+                into=options.into,
+                slots=slots,
+                resumed=resumed,
+                exact_inputs=exact,
+            )
             replay.notes[:0] = left_out
             observed = partial(shown_progress, quiet=options.quiet)
             period_ns = int(trace.head.metadata["scan_period_ns"])
@@ -106,7 +114,7 @@ def _recorder(
     recording: PackedTrace,
     period_ns: int,
 ) -> Iterator[list[ScanRecorder]]:
-    """Record a replay; yield its listeners."""
+    """Record a replay, if there is a target; yield a list with the recorder, or an empty list."""
     if target is None:
         yield []
         return

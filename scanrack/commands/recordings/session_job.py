@@ -44,6 +44,7 @@ def rerun_trace(options: ReplayOptions) -> None:
 
 
 def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
+    """Repeat the run with its operator actions, compare the two, and return the exit status."""
     path, trust, quiet = options.path, options.trust, options.quiet
     rerun_path, keep = options.record or folder / "rerun.mcap", 0 if options.replace else None
     try:
@@ -52,16 +53,17 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
         print_notes(trace)
         raise
     check_recording(job, rerun_path, itself(path), keep)
-    ends = extent(trace).scan.tolist()
-    if not ends:
+    edge_scans = extent(trace).scan.tolist()
+    if not edge_scans:
         raise ValueError(f"{path}: the trace has no scans to compare with")
+    first_scan, last_scan = edge_scans
     print_notes(trace)
     recorded = orders_of(trace.events())
     orders = recorded if recorded or is_session(trace) else None
     editions = None if orders is None else versions_of(trace, orders, job, folder / "edits", trust=trust)
     for note in lost_notes(lost_edits(trace.events())):
         say(f"note: {note}", err=True)
-    scans = ends[-1] + 1
+    scans = last_scan + 1
     parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
     running = RunOptions(trace=rerun_path, orders=orders, editions=editions, metadata=parent, keep=keep)
     status = run_job(job, scans, running, quiet=quiet, summarized=False)
@@ -69,7 +71,7 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
         return status
     if not options.as_json and filecmp.cmp(path, rerun_path, shallow=False):
         if not quiet:
-            say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, identical byte for byte")
+            say(f"{path.name}: {last_scan - first_scan + 1:,} scans, identical byte for byte")
         return DONE
     with open_trace(rerun_path) as rerun:
         with reading(trace, quiet=quiet) as progress:

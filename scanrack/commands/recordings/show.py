@@ -111,6 +111,7 @@ class Contents:
             if self.events.full and self.rows.full:
                 self.events.stopped = self.rows.stopped = True
                 break
+            # a full table needs no more scans, but sections with events are read for these
             if self.rows.full and trace.shape.only_scans(section):
                 self.rows.stopped = True
             else:
@@ -127,11 +128,11 @@ class Contents:
             self.end_ns = int(ends.time_ns[-1])
 
     def _read(self, trace: Trace, section: Section) -> None:
+        """Collect the selected events of a section, and the rows of its scans with changes."""
         for entry in trace.entries(section):
             if isinstance(entry, TraceEvent):
-                if self._selected.has(entry.scan, entry.now_ns) and (
-                    self._every or entry.topic not in ONLY_WITH_EVERY
-                ):
+                is_printed = self._every or entry.topic not in ONLY_WITH_EVERY
+                if is_printed and self._selected.has(entry.scan, entry.now_ns):
                     self.events.add([entry])
             else:
                 self._scans += len(entry)
@@ -301,7 +302,12 @@ def _show_command(
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or encoder
     count changed are only counted, unless --every is given. The trace of a killed process is shown up to its
     last complete chunk. With --extract, the attached files are written, and only their names are printed.
-    Exit status: 2 if the file can't be read, 3 if a file can't be written.
+
+    Examples:
+        scanrack show run.mcap --range 1.5s:3s
+        scanrack show run.mcap --extract attached
+
+    Exit status: 0 done, 2 the file can't be read, 3 a file can't be written.
     """
     if folder is not None:
         with reported_mistakes(), open_trace(trace) as opened:

@@ -133,7 +133,8 @@ def _conform_command(
     can't be explained by any instant at which the words may have taken effect. Each rule agrees with the
     manual, differs, or is open. The report names each interpretation that a scene settles.
 
-    Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
+    Examples:
+        scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
     Exit status: 0 no difference, 1 a difference, 2 a file, option or path can't be used, 3 the result can't
     be written.
@@ -221,6 +222,7 @@ def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
 
 
 def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[int] | None) -> PlayedPlan:
+    """Return the scenes of a result of conform, which is JSON, or those found in an imported trace."""
     with source.open("rb") as file:
         begin = file.read(1)
     if begin == b"{":
@@ -233,8 +235,10 @@ def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[i
 
 
 def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedPlan:
+    """Play the chosen scenes on a controller; refuse a real one without --live and --allow-writes."""
     path = str(options.path)
-    unknown = [name for name in options.scene or () if name not in {scene.name for scene in plan.scenes}]
+    scene_names = {scene.name for scene in plan.scenes}
+    unknown = [name for name in options.scene or () if name not in scene_names]
     if unknown:
         raise ValueError(f"plan {plan.name}: no scene {unknown[0]!r}; --list prints the scenes")
     client = connect(path)
@@ -248,7 +252,9 @@ def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedP
         except OSError as error:
             raise ValueError(f"{path}: {error}") from error
         product = product_of(client)
-    return PlayedPlan(plan.firmware, plan.timing, scenes, tags.slot, product, date, plan.name)
+    return PlayedPlan(
+        plan.firmware, plan.timing, scenes, slot=tags.slot, controller=product, date=date, plan=plan.name
+    )
 
 
 def _playable_scenes(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[PlannedScene]:
@@ -283,8 +289,9 @@ def _say_list(plan: ScenePlan) -> None:
 def _say_result(
     result_object: dict[str, object], result: ConformResult, recorded: PlayedPlan, name: str, *, as_json: bool
 ) -> None:
+    """Print the result as lines with the next steps, or as JSON without the images that were read."""
     if as_json:
-        say_json({name: part for name, part in result_object.items() if name != "moments"})
+        say_json({key: part for key, part in result_object.items() if key != "moments"})
     else:
         for line in lines(result, recorded.reads):
             say(line)

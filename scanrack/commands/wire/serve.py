@@ -117,6 +117,7 @@ class ConsoleLines:
         return None if self._lines.empty() else self._lines.get()
 
     def _read(self, lines: SimpleQueue[str]) -> None:
+        """Put each typed line into the queue, and "" at the end of input."""
         # not `sys.stdin`: Python can't end while a thread is inside it
         typed = b""
         while data := os.read(0, 1 << 12):
@@ -174,7 +175,8 @@ def _serve_command(
     sets an input: ground, open, high, 2.5V at in1, or the positions at which a
     switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
-    Example: scanrack serve pcl601 --tcp 5020 --program program.pclt
+    Examples:
+        scanrack serve pcl601 --tcp 5020 --program program.pclt
 
     Exit status: 130 ended by Ctrl-C, SIGTERM or SIGHUP, 2 an option, a file or a port can't be used, 3 the
     recording can't be written.
@@ -274,6 +276,7 @@ def _control_channel(line: LineService, clock: Clock, port: int | None) -> Itera
 def _serve(
     server: Server, units: Sequence[ServedUnit], clock: Clock, watchers: _Watchers, *, quiet: bool
 ) -> None:
+    """Serve until Ctrl-C; after each step, refresh the status, obey a typed line, and record."""
     typed = TypedInputs(units)
 
     def each_step() -> None:

@@ -98,7 +98,7 @@ class Bench:
         self._edit_fields: dict[str, str] = {}  # event fields of the edit that runs now, if it has files
         self.load = load
         self.logic: Any = logic
-        self._observed = isinstance(logic, ObservedLogic)
+        self._observed = isinstance(logic, ObservedLogic)  # whether it runs under a debugger
         if self._observed:
             self.program.on_edit = self._record_edit
         rack = build_rack(spec)
@@ -118,7 +118,7 @@ class Bench:
             listeners=[*recorders, events],
             watchdog=None if watched else Watchdog(0),
         )
-        self._fields = Fields(lambda: self.logic)
+        self._fields = Fields(lambda: self.logic)  # an edit replaces the logic
         if self._observed or isinstance(logic, Logic):
             report_external_tags(self._settable, self.cpu)
         records = {slot.number: slot.record for slot in spec.slot}

@@ -125,6 +125,7 @@ def _load_of(trace: Trace, job: LoadedRack, folder: Path, *, trust: bool) -> Loa
 def _answer_from_images(
     recording: PackedTrace, question: Question, spec: RackSpec | None = None, load: Load | None = None
 ) -> TraceAnswer:
+    """Answer from the images, and from a Python program that `load` runs again on them."""
     choice = question.moment
     if choice.until is None:
         row = choice.row(recording)
@@ -136,6 +137,7 @@ def _answer_from_images(
 def _answer_from_ladder(
     recording: PackedTrace, job: LoadedRack, question: Question, snapshots: Mapping[int, str]
 ) -> TraceAnswer:
+    """Answer by running a ladder program on the recorded inputs, up to the scan of the question."""
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
     choice = _without_images(question, Why(recording, 0, job.spec, None), debugger)
@@ -177,11 +179,20 @@ def _row_of(bit: str, row: int | None) -> int:
 
 
 def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
+    """Return the answer after a row of a recording, with the inputs for a required value."""
     scans, row, tag, value = why.recording, why.row, question.what, question.want
     text, chain = (why.rack(), None) if tag is None else why.explain(tag, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
     remedies = None if tag is None or value is None else why.suggest_inputs(tag, value)
-    return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
+    return TraceAnswer(
+        scan=scans.numbers[row],
+        now_ns=scans.times[row],
+        text=text,
+        notes=tuple(notes),
+        lines=lines,
+        chain=chain,
+        remedies=remedies,
+    )
 
 
 def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:

@@ -13,6 +13,7 @@ from collections import OrderedDict, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 from scanrack.io_images.enip.codes import (
     BATCH,
@@ -55,8 +56,12 @@ _REPLY = 0x80
 _Key = tuple[int, bytes]
 """Command of a frame, and the context or sequence number that a reply repeats."""
 
-_Sent = tuple[int, bytes]
-"""Time of a request in ns, and its message."""
+
+class _OpenMessage(NamedTuple):
+    """A request without a reply so far."""
+
+    at_ns: int
+    message: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,18 +92,18 @@ class CipPairing(Pairing):
     def __init__(self) -> None:
         self.reads = self.unnamed = 0
         self._unparsed = {True: b"", False: b""}
-        self._open: OrderedDict[_Key, deque[_Sent]] = OrderedDict()
+        self._open: OrderedDict[_Key, deque[_OpenMessage]] = OrderedDict()
         self._names: dict[int, str] = {}
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
         for key, message in self._messages(data, to_device=to_device, fresh=fresh):
             if to_device:
-                self._open.setdefault(key, deque(maxlen=OPEN_MAX)).append((at_ns, message))
+                self._open.setdefault(key, deque(maxlen=OPEN_MAX)).append(_OpenMessage(at_ns, message))
                 self._open.move_to_end(key)
                 if len(self._open) > OPEN_MAX:
                     self._open.popitem(last=False)
-            elif (requests_open := self._open.get(key)) and requests_open[0][0] <= at_ns:
+            elif (requests_open := self._open.get(key)) and requests_open[0].at_ns <= at_ns:
                 requested_ns, request = requests_open.popleft()
                 if not requests_open:
                     del self._open[key]
@@ -122,6 +127,7 @@ class CipPairing(Pairing):
         return iter(())
 
     def _messages(self, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[tuple[_Key, bytes]]:
+        """Yield the messages of complete frames, with the keys that replies repeat; keep other bytes."""
         data, offset = (b"" if fresh else self._unparsed[to_device]) + data, 0
         while len(data) >= offset + HEAD.size:
             command, length, _, status, context, options = HEAD.unpack_from(data, offset)
@@ -133,7 +139,7 @@ class CipPairing(Pairing):
             items = items_in(body) if command in (SEND, SEND_CONNECTED) and not status else []
             if len(items) < 2:
                 continue
-            message = items[1][1]
+            message = items[1][1]  # data of the second item; the first is an address
             if command == SEND:
                 yield (command, context), message
             else:
@@ -201,7 +207,9 @@ class CipPairing(Pairing):
         change = None if image is None else _change(image, service, data, reply_data)
         if image is not None and change is not None:
             offset, changed, keep = change
-            yield ImageExchange(*times, image.slot, *messages, image.output, offset, changed, keep)
+            yield ImageExchange(
+                *times, image.slot, *messages, output=image.output, offset=offset, data=changed, keep=keep
+            )
 
 
 def _request_parts(message: bytes) -> tuple[int, Path, bytes]:

@@ -49,6 +49,7 @@ def _words(image: bytearray) -> list[int]:
 
 
 def _missing(used_bytes: dict[bool, bytearray]) -> Iterator[str]:
+    """Yield a sentence for each image with words that no message reads or writes."""
     for output, marks in used_bytes.items():
         missing = [str(word) for word in range(WORDS) if not any(marks[2 * word : 2 * word + 2])]
         if missing:

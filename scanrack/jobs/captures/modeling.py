@@ -56,6 +56,7 @@ def _is_read(controller: str, exchange: PairedExchange) -> bool:
 
 
 def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> Statement:
+    """Return a statement of the models: the late model's reply, and the values nearest to the real ones."""
     exchange = real.exchange
     if exchange.reply is None:
         if not reads:
@@ -63,11 +64,11 @@ def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> St
             late.carry_out(exchange.requested_ns, exchange)
         return real
     shown = [early.carry_out(exchange.requested_ns, exchange)[1]]
-    if reads:
+    if reads:  # at both ends of the window; other requests act once in each model
         shown.append(early.carry_out(exchange.answered_ns, exchange)[1])
         shown.append(late.carry_out(exchange.requested_ns, exchange)[1])
     reply, values = late.carry_out(exchange.answered_ns, exchange)
-    shown.insert(0, values)
+    shown.insert(0, values)  # first, because `_nearest` returns the first value if there is no real one
     nearest = {name: _nearest(real.values.get(name), name, shown) for name in values}
     return Statement(replace(exchange, reply=reply), nearest)
 
@@ -96,6 +97,7 @@ class _Model:
 
 
 def _pcl601(_unit: int) -> Respond:
+    """Return a function that answers like a PCL601, whatever its address."""
     device = Pcl601()
 
     def respond(now_ns: int, exchange: PairedExchange) -> bytes | None:
@@ -106,6 +108,7 @@ def _pcl601(_unit: int) -> Respond:
 
 
 def _pmc006(unit: int) -> Respond:
+    """Return a function that answers like a PMC006 with an address."""
     device = Pmc006(Pmc006Controller(address=unit))
 
     def respond(now_ns: int, exchange: PairedExchange) -> bytes | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict, deque
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from pymodbus.pdu import ModbusPDU
 from scanrack.io_images.pmc006 import frame as pmc
@@ -70,12 +70,20 @@ def _unanswered(requested_ns: int, unit: int, request: bytes) -> PairedExchange:
     return PairedExchange(requested_ns, requested_ns, unit, request, None)
 
 
+class _OpenRequest(NamedTuple):
+    """A request without a reply so far."""
+
+    at_ns: int
+    unit: int
+    pdu: bytes
+
+
 class ModbusTcpPairing(Pairing):
     """Modbus TCP: a reply has the transaction number of its request."""
 
     def __init__(self) -> None:
         self._unparsed = {True: b"", False: b""}
-        self._open: OrderedDict[int, tuple[int, int, bytes]] = OrderedDict()
+        self._open: OrderedDict[int, _OpenRequest] = OrderedDict()  # by transaction number
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
@@ -89,8 +97,8 @@ class ModbusTcpPairing(Pairing):
             transaction, _, _, unit = HEADER.unpack_from(frame)
             pdu = frame[HEADER.size :]
             if to_device:
-                yield from self._note_request(transaction, (at_ns, unit, pdu))
-            elif transaction in self._open and self._open[transaction][0] <= at_ns:
+                yield from self._note_request(transaction, _OpenRequest(at_ns, unit, pdu))
+            elif transaction in self._open and self._open[transaction].at_ns <= at_ns:
                 requested_ns, unit, request = self._open.pop(transaction)
                 yield PairedExchange(requested_ns, at_ns, unit, request, pdu)
 
@@ -100,7 +108,8 @@ class ModbusTcpPairing(Pairing):
             yield _unanswered(*request)
         self._open.clear()
 
-    def _note_request(self, transaction: int, request: tuple[int, int, bytes]) -> Iterator[PairedExchange]:
+    def _note_request(self, transaction: int, request: _OpenRequest) -> Iterator[PairedExchange]:
+        """Store a request; yield the open request that it displaces, as one without a reply."""
         if transaction in self._open:
             yield _unanswered(*self._open.pop(transaction))
         elif len(self._open) >= OPEN_MAX:
@@ -113,11 +122,12 @@ class RtuPairing(Pairing):
 
     def __init__(self) -> None:
         self._framer = Framer(Timing(GAP_NS, by_length=True))
-        self._request: tuple[int, bytes] | None = None
+        self._request: tuple[int, bytes] | None = None  # time and frame
         self._received = bytearray()
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
+        """See `Pairing`; missing bytes or a silence drop the unfinished frame of a request."""
         if not to_device:
             yield from self._receive_reply(at_ns, data)
             return
@@ -131,11 +141,12 @@ class RtuPairing(Pairing):
     def finish(self) -> Iterator[PairedExchange]:
         if self._request is not None:
             requested_ns, frame = self._request
-            yield _unanswered(requested_ns, frame[0], frame[1:-2])
+            yield _unanswered(requested_ns, frame[0], frame[1:-2])  # without address and checksum
         self._request = None
         self._received.clear()
 
     def _receive_reply(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
+        """Collect bytes; yield the exchange when its reply is complete. An invalid reply becomes None."""
         if self._request is None or at_ns < self._request[0]:
             return
         requested_ns, request = self._request

@@ -76,6 +76,7 @@ def is_capture(head: bytes) -> bool:
 
 
 def _read_exchanges(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
+    """Return the exchanges in a capture, or in a log of frames if the pairing can read one."""
     if is_capture(head):
         return _read_packets(Capture(file), pairing, port)
     if pairing is CipPairing:
@@ -116,19 +117,21 @@ class _Connections:
 
 
 def _read_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
-    streams, connections, ports = Streams(), _Connections(pairing), set[int]()
+    """Return the exchanges at a port in a capture; if there are none, raise ValueError with the reason."""
+    streams, connections, other_ports = Streams(), _Connections(pairing), set[int]()
     captured = connections.capture
     cut = CutFrames()
     for chunk in streams.chunks(_segments(capture, port, cut)):
         to_device = chunk.target[1] == port
         if not to_device and chunk.source[1] != port:
-            ports.update([min(chunk.source[1], chunk.target[1])] if len(ports) < PORTS_SHOWN else ())
+            if len(other_ports) < PORTS_SHOWN:  # usually, the lower port is that of the server
+                other_ports.add(min(chunk.source[1], chunk.target[1]))
             continue
         connections.feed(chunk, to_device=to_device)
     pairings = connections.finish()
     if not captured.exchanges:
         raise ValueError(
-            _reason_without_exchange(port, ports, pairings, cut if cut.count else capture.cut_frames)
+            _reason_without_exchange(port, other_ports, pairings, cut if cut.count else capture.cut_frames)
         )
     if capture.cut_off is not None:
         captured.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
@@ -170,6 +173,7 @@ def _cut_frames_text(frames: CutFrames) -> str:
 
 
 def _read_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
+    """Return the exchanges in a log of frames; raise ValueError if there are none."""
     log, captured = TextLog(), DeviceCapture([])
     for entry in log.entries(_lines(file)):
         _add(captured, pairing.feed(entry.at_ns, entry.data, to_device=entry.to_device, fresh=False))
@@ -194,6 +198,7 @@ def _add(captured: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
 
 
 def _select_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
+    """Keep one unit's exchanges, ordered by their ends; raise ValueError if it is missing or ambiguous."""
     units = sorted({exchange.unit for exchange in captured.exchanges})
     if unit is None and len(units) > 1:
         raise ValueError(f"{path}: several units ({', '.join(map(str, units))}): give --address")

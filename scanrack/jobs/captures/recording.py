@@ -80,6 +80,7 @@ def record(target: Path, controller: str, statements: Sequence[Statement], names
 
 
 def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:
+    """Return the tags that every exchange has; the exception code is 0 if the request was not refused."""
     reply = exchange.reply
     exception = 0
     if controller == "pcl601" and reply is not None and len(reply) > 1 and reply[0] & EXCEPTION:

@@ -23,6 +23,7 @@ def as_json(report: CheckReport) -> dict[str, object]:
 
 
 def _finding(finding: Finding) -> dict[str, object]:
+    """Return a finding for --json, with its place in the file and, if it has one, in a routine."""
     row: dict[str, object] = {
         "rule": finding.rule,
         "level": finding.row.level,
@@ -32,6 +33,7 @@ def _finding(finding: Finding) -> dict[str, object]:
         "remedy": finding.row.remedy,
     }
     if finding.site.rung is not None:
+        # "line" is already the line of the file
         number = "routine_line" if finding.site.unit == "line" else finding.site.unit
         row |= {"routine": finding.site.routine, number: finding.site.rung}
     return row
@@ -68,6 +70,7 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
 
 
 def _location(finding: Finding) -> dict[str, object]:
+    """Return a finding's place for SARIF, with the routine and rung or line, if it has one."""
     location: dict[str, object] = {
         "physicalLocation": {
             "artifactLocation": {"uri": _uri(Path(finding.place.file))},

@@ -88,7 +88,10 @@ Term = tuple[Condition, ...]
 
 
 def all_of(*parts: Condition) -> Condition:
-    """Return the condition that all parts are true. Parts beyond `MOST_PARTS` become unknown."""
+    """Return the condition that all parts are true, without parts that always are, and without nesting.
+
+    Parts beyond `MOST_PARTS` become unknown.
+    """
     kept: list[Condition] = []
     size = 0
     for part in parts:
@@ -105,7 +108,7 @@ def all_of(*parts: Condition) -> Condition:
 
 
 def negated(condition: Condition) -> Condition:
-    """Return the opposite condition."""
+    """Return the opposite condition; a condition that is not known stays unknown."""
     match condition:
         case FixedTruth(holds):
             return FixedTruth(not holds)

@@ -125,6 +125,7 @@ def _filled(words: Sequence[int | None], trial: Sequence[int]) -> tuple[int, ...
 
 
 def _rules_broken(host: Host, words: Sequence[int]) -> list[str]:
+    """Return the rules that a command breaks at rest, without those that depend on the module's state."""
     command = CommandWords(words)
     bits = command.msw & COMMAND_BITS
     if command.many_bits:

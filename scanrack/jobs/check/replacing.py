@@ -83,13 +83,14 @@ def _sentence(text: str, on_3601: str, on_drive: str, write: str, source: str, m
 
 
 def _uses(subject: Subject) -> Iterator[Use]:
+    """Yield the uses of bits and words: by tags, constants, configurations, commands and Python names."""
     slots = {slot.number for _, slot in subject.steppers}
     facts = subject.facts
     yield from _tag_uses(facts, slots)
     yield from _word_uses(facts, slots)
     for configuration in facts.configurations:
         if configuration.slot is None or configuration.slot in slots:
-            yield Use(configuration.place, "", 0, 0, "configuration")
+            yield Use(configuration.place, "", word=0, bits=0, text="configuration")
     for command in facts.commands:
         if command.words and command.text in _COMMANDS:
             yield Use(command.place, "O", 0, _COMMANDS[command.text].value, command.text)

@@ -6,6 +6,7 @@ ABSOLUTE_MOVE target 4000 speed 5000 acceleration 10 deceleration 10    until MO
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from scanrack.io_images.amci3601 import CommandLsw
@@ -46,20 +47,14 @@ def _note_words(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) 
         facts.searches.append(SentCommand(place, slot))
     programs = ["program_blend"] if words[1] & BLEND_PROGRAM else []
     for kind in ["configure"] if first & MODE_CONFIG else [*kinds_of(first), *programs]:
-        facts.commands.append(
-            Command(
-                *(kind, f"slot {slot}", slot, place, f"the command {kind}"),
-                order=place.line,
-                owner=MACHINE,
-                sure=True,
-                words=True,
-            )
-        )
+        command = Command(kind, f"slot {slot}", slot, place, f"the command {kind}")
+        facts.commands.append(replace(command, order=place.line, owner=MACHINE, sure=True, words=True))
     steps = {MACHINE: (frozenset((float(place.line),)), True)}
     for word in range(WORDS):
         bits = first if word == 0 else 0
         value = Choices((words[word],))
-        facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & UNSIGNED_MAX, steps=steps))
+        clears = ~bits & UNSIGNED_MAX
+        facts.writes.append(WordWrite(place, slot, word, value, sets=bits, clears=clears, steps=steps))
 
 
 def _actions(

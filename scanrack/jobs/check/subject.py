@@ -96,6 +96,7 @@ class Subject:
 
 
 def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:
+    """Return the configuration in sent words; None if words are missing or out of the limits."""
     if len(sent.words) < 8:
         return None
     signed = [word - 0x10000 if word > 0x7FFF else word for word in sent.words]

@@ -97,6 +97,7 @@ def runs_python(spec: RackSpec) -> bool:
 
 
 def _checked(file: Path, *, run_python: bool) -> Iterator[LineRemark]:
+    """Yield the findings in a file, as its suffix requires. Errors of reading or building it are raised."""
     is_ladder = file.suffix in (SUFFIX, STRUCTURED_SUFFIX)
     tests = read_test_file(file) if is_ladder else None
     if file.suffix == RACK:
@@ -137,6 +138,7 @@ def _rack_to_check(program: Path, *, run_python: bool) -> Path | None:
 
 
 def _findings(file: Path) -> Iterator[LineRemark]:
+    """Yield the findings of a rack file, or of a program without a rack, as problems on lines."""
     job, alone = load_any(str(file))
     for finding in check_rack(job, alone=alone).findings:
         text = f"{finding.text}; {finding.row.remedy}"

@@ -117,6 +117,7 @@ class _Flow:
         self._on_entry: dict[Step, _Words] = {step: _Words() for step in self._steps if step in firsts}
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
+        """Return all steps that actions and writes name."""
         steps: set[Step] = set().union(*(action.steps or () for action in actions))
         steps.update(action.goes for action in actions if action.goes is not None)
         acting = (write.steps.get(self._machine, (None, False))[0] for write in self._writes)

@@ -48,6 +48,7 @@ class Branch:
     __slots__ = ("_model", "_outputs", "_samples", "fired", "instants", "now_ns", "play")
 
     def __init__(self, model: Amci3601, start_ns: int) -> None:
+        """Start a run of a model that was just powered up, at an instant."""
         self._model = model
         self._outputs = Image()
         self._samples: list[tuple[int, ImageWords]] = []
@@ -139,7 +140,11 @@ class Branch:
             del samples[:first]
 
     def explains(self, read: SeenImage, timing: Timing) -> bool:
-        """Advance the model past the window of a read; return whether it shows the words that were read."""
+        """Advance the model past the window of a read; return whether it shows the words that were read.
+
+        If it does and the axis rests in command mode, an uncertain position becomes the position that was
+        read.
+        """
         since_ns = self.instants[-1] if self.instants else self.now_ns
         drift_ns = abs(read.window.high_ns - since_ns) * timing.drift_ppm // 1_000_000
         low_ns = read.window.low_ns - timing.lag_ns - drift_ns - GRID_NS
@@ -148,8 +153,9 @@ class Branch:
         shown_words = self.shown(low_ns, high_ns)
         if not explained(shown_words, read.words, self.play):
             return False
-        in_command_mode = not (read.words[0] | shown_words[0][0]) & MODE_CONFIG
-        rests = self.rests and all(words == shown_words[0] for words in shown_words)
+        first = shown_words[0]
+        in_command_mode = not (read.words[0] | first[0]) & MODE_CONFIG
+        rests = self.rests and all(words == first for words in shown_words)
         if self.play and in_command_mode and rests:
             self._settle(read.words)
         return True
@@ -183,6 +189,7 @@ class Branch:
         """
         model = self._model
         state, axis = model.layer.state, model.axis
+        last_values = self._samples[-1][1][2:] if self._samples else None
         return (
             frozenset(words[:2] for at_ns, words in self._samples if at_ns >= since_ns),
             tuple(self._outputs),
@@ -190,7 +197,7 @@ class Branch:
             (state.held, state.held_by_external, state.error_since_start, state.active, state.captured),
             (state.blend, repr(state.blending), state.minimum_registration),
             axis.position if axis.motion is None else _course(axis.motion, self.now_ns),
-            self._samples[-1][1][2:] if self._samples else None,
+            last_values,
             _traits(model.layer.operation, self.now_ns),
         )
 

@@ -107,9 +107,11 @@ def search(
     if start is None:
         return result
     live, waiting, has_adopted = [start.branch], list[SeenImage](), start.is_whole
+    # a read after the beginning of the next transmission's window is judged with that transmission
     limits_ns = [*(next_sent.window.low_ns for next_sent, _ in turns[1:]), None]
     for number, ((sent, reads), limit_ns) in enumerate(zip(turns, limits_ns, strict=True)):
         if fixed_instants is None:
+            # before the first read that is judged, any instant would do
             instants = _instants(sent, timing, single=number <= start.turn)
         else:
             instants = fixed_instants[number : number + 1]
@@ -130,6 +132,13 @@ def search(
     result.explaining, result.instants = live, live[0].instants
     result.fired_anywhere = set().union(*(hypothesis.fired for hypothesis in live))
     return result
+
+
+class _Turn(NamedTuple):
+    """A transmission, and the reads before the next one."""
+
+    sent: Transmission
+    reads: list[SeenImage]
 
 
 class _Start(NamedTuple):
@@ -153,7 +162,7 @@ class _Start(NamedTuple):
 
 def _start_of(
     moments: Sequence[Moment],
-    turns: Sequence[tuple[Transmission, list[SeenImage]]],
+    turns: Sequence[_Turn],
     model: ModelFactory,
     timing: Timing,
 ) -> _Start | None:
@@ -164,12 +173,12 @@ def _start_of(
         return None
     if known_state:
         known_ns = known_state.window.high_ns
-        return _Start(Branch(model(), known_ns).resume(known_state), turn, known_ns, True)
-    known_ns = turns[turn][0].window.high_ns + 2 * timing.lag_ns
-    return _Start(Branch(model(), turns[0][0].window.low_ns), turn, known_ns, False)
+        return _Start(Branch(model(), known_ns).resume(known_state), turn, known_ns, is_whole=True)
+    known_ns = turns[turn].sent.window.high_ns + 2 * timing.lag_ns
+    return _Start(Branch(model(), turns[0].sent.window.low_ns), turn, known_ns, is_whole=False)
 
 
-def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
+def _configured_at(turns: Sequence[_Turn]) -> int:
     """Return the number of the first turn that configures; the number of turns if none does."""
     for turn, (sent, _) in enumerate(turns):
         if sent.words and sent.words[0] < 0:
@@ -177,18 +186,18 @@ def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int
     return len(turns)
 
 
-def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
-    """Return each transmission with the reads before the next one."""
-    turns: list[tuple[Transmission, list[SeenImage]]] = []
+def _turns(moments: Sequence[Moment]) -> list[_Turn]:
+    """Return each transmission with the reads before the next one; omit the last ones without reads."""
+    turns: list[_Turn] = []
     for moment in moments:
         if isinstance(moment, KnownState):
             end = Window(moment.window.high_ns, moment.window.high_ns)
-            turns.append((Transmission(end, moment.sent), []))
+            turns.append(_Turn(Transmission(end, moment.sent), []))
         elif isinstance(moment, Transmission):
-            turns.append((moment, []))
+            turns.append(_Turn(moment, []))
         elif turns:
-            turns[-1][1].append(moment)
-    while turns and not turns[-1][1]:
+            turns[-1].reads.append(moment)
+    while turns and not turns[-1].reads:
         turns.pop()
     return turns
 

@@ -120,6 +120,7 @@ def to_rows(moments: Iterable[Moment]) -> list[list[Any]]:
 
 
 def _row(moment: Moment) -> list[Any]:
+    """Return a moment as a row: kind, window, words or inputs."""
     if isinstance(moment, SeenImage):
         return ["read", *moment.window, *moment.words]
     if isinstance(moment, KnownState):
@@ -142,6 +143,7 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
 
 
 def _moment(number: int, row: Any) -> Moment:
+    """Return the moment in a row; ValueError for an invalid row, with the number of the moment."""
     count, make = _KINDS.get(str(row[0]) if isinstance(row, list) and row else "", (0, None))
     if make is None or len(row) != 3 + count or not all(type(cell) is int for cell in row[1:]):
         rule = "must be a read or write with two times and 8 words"

@@ -59,6 +59,7 @@ def save_report(path: Path, recorded: PlayedPlan, result: ConformResult, used: U
 
 
 def _body_parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
+    """Yield the parts of the page in order, as HTML. Sections without content are omitted."""
     differing = _scenes_with(ConformVerdict.DIFFERS, result)
     if differing:
         yield f'<p class="bad"><b>{len(differing)} of {len(result.scenes)} scenes differ.</b></p>'
@@ -108,6 +109,7 @@ def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
 
 
 def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
+    """Return the rows of the table about the module and its path, each as escaped name and text."""
     timing = recorded.timing
     scans = f"scans of up to {timing.scan_ns / 1e6:g} ms" if timing.scan_ns else "with a counter of scans"
     facts = {
@@ -122,6 +124,7 @@ def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
 
 
 def _verdicts(result: ConformResult) -> str:
+    """Return the table with the number of scenes, rules and interpretations for each verdict."""
     rows = {
         "scenes": [scene.verdict for scene in result.scenes],
         "rules of the manual": [rule.verdict for rule in result.rules.values()],
@@ -132,6 +135,7 @@ def _verdicts(result: ConformResult) -> str:
 
 
 def _difference(scene: SceneVerdict, result: ConformResult) -> str:
+    """Return the HTML section about a scene that differs: its explanations and the first different read."""
     difference = scene.difference
     shown = "" if difference is None else f"<pre>{escape(chr(10).join(difference_lines(difference)))}</pre>"
     explanations = [

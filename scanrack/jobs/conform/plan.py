@@ -175,6 +175,7 @@ def parse_plan(text: str, name: str) -> ScenePlan:
 
 
 def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
+    """Return the scene in a table; ValueError for an unknown need, a wrong step, or no configuration."""
     place = f"{file}: scene {table.name!r}"
     for need in table.needs:
         if need not in NEEDS:

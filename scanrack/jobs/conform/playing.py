@@ -70,12 +70,18 @@ def _wait(path: ModulePath, time_ns: int) -> None:
 
 
 class _Player:
+    """Plays the scenes of a plan on a path."""
+
     def __init__(self, path: ModulePath, plan: ScenePlan) -> None:
         self._path, self._plan = path, plan
         self._outputs = Image()
         self._played = PlayedScene("")
 
     def play(self, scene: PlannedScene) -> PlayedScene:
+        """Play a scene until it ends or one of its steps takes too long.
+
+        Halt the axis if it did not end.
+        """
         self._played = PlayedScene(scene.name)
         is_complete = False
         try:
@@ -90,6 +96,7 @@ class _Player:
         return self._played
 
     def _step(self, step: SceneStep) -> None:
+        """Send the words or inputs of a step; read images until they have acted and the step is over."""
         if step.step is None:
             window = self._path.operate(step.inputs)
             self._played.moments.append(Transmission(window, None, step.inputs))

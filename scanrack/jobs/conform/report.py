@@ -182,6 +182,7 @@ def _is_unexplained(scene: SceneVerdict) -> bool:
 
 
 def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:
+    """Return a sentence with advice on a scene that differs and that nothing explains."""
     retry = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
     return (
         f"{scene.name}: no known alternative explains it. {retry}Check whether a program also writes the "

@@ -109,6 +109,7 @@ class Judge:
                 self._confirm_reading(number, rivals, finding, scene)
 
     def _confirm_rule(self, rule: str, finding: RuleFinding, scene: _SceneEvidence) -> None:
+        """Note whether an explained scene contradicts a module without a rule, or leaves the rule open."""
         alteration = without(rule, scene.fired)
         if alteration is None:
             if rule in scene.fired:
@@ -123,6 +124,10 @@ class Judge:
     def _confirm_reading(
         self, number: str, rivals: Sequence[Alteration], finding: RuleFinding, scene: _SceneEvidence
     ) -> None:
+        """Note which rivals of a reading a scene contradicts.
+
+        The reading is confirmed if all are contradicted.
+        """
         contradicted = self._contradicted[number]
         for index, rival in enumerate(rivals):
             if index not in contradicted and self._contradicts(scene, rival):
@@ -148,7 +153,10 @@ class Judge:
     # -- scenes that differ -------------------------------------------------------------------
 
     def _explain(self, played: PlayedScene, verdict: SceneVerdict, result: Search) -> None:
-        """Note the rival readings that explain a scene; if there are none, the rules or else the scales."""
+        """Note the rival readings that explain a scene.
+
+        If there are none, note the rules, or else the scales.
+        """
         evidence = _SceneEvidence(played, result, _differing(result))
         for number, rivals in RIVALS.items():
             for rival in rivals:
@@ -208,7 +216,7 @@ class _SceneEvidence:
 
     def __init__(self, played: PlayedScene, result: Search, bits: int) -> None:
         self.played, self.fired, self.instants = played, result.fired, result.instants
-        self._sent = {
+        self._sent = {  # all output words of the scene
             moment.words
             for moment in played.moments
             if isinstance(moment, Transmission) and moment.words is not None
@@ -273,6 +281,7 @@ def _status(words: ImageWords) -> int:
 
 
 def _difference(result: Search) -> Difference:
+    """Return the first read that differs, its time after the last words, and the model's images."""
     read, sent = result.unexplained, result.last_sent
     assert read is not None
     assert sent is not None

@@ -40,6 +40,7 @@ class AdapterBench(ImageBench):
     module: SimulatedAdapter[Any]
 
     def _act_on_line(self, request: Request) -> None:
+        """Take the line down or put it up, add faults of its next replies, or cycle its device."""
         assert isinstance(request, AdapterRequest)
         line = self.module.controller.line
         if request.link == "down":

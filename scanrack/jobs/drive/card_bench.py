@@ -42,6 +42,7 @@ class CardBench:
         self._renew(CardOptions())
 
     def _renew(self, options: CardOptions) -> None:
+        """Start a fresh bench at time 0; raise RequestError for options that are not allowed."""
         try:
             self.module: Module = self._record.make(
                 firmware="4.1", machine=MachineSpec(), seed=0, options=options.options, wiring=None
@@ -78,6 +79,7 @@ class CardBench:
         return self._reply() | ({"changes": changes} if request.changes else {})
 
     def _set_inputs(self, levels: dict[str, int]) -> None:
+        """Set the levels of inputs; raise RequestError for an input that the card lacks."""
         names = self.words.groups.get("input", {})
         for name, level in levels.items():
             if name not in names or not isinstance(self.module, NamedInputs):
@@ -107,6 +109,7 @@ class CardBench:
         return [name for name, place in places.items() if image.bit(place.word, place.bit)]
 
     def _reply(self) -> dict[str, Any]:
+        """Return the reply: the time, the images, and the events since the last reply."""
         events = [event.text for event in self.module.events]
         self.module.events.clear()
         return {

@@ -70,6 +70,7 @@ class DriveBench:
         self._renew(DriveNew())
 
     def _renew(self, new: DriveNew) -> None:
+        """Start a fresh stack at time 0; raise RequestError for too many axes or a wrong option."""
         if new.axes > self.model.axes:
             raise RequestError(f"new.axes: {new.axes} is too many: must be 1 to {self.model.axes}")
         try:
@@ -140,7 +141,7 @@ def _frame(text: str) -> bytes:
 
 
 def _set_env(axis: DriveUnit, env: DriveEnv, levels: dict[str, Level]) -> None:
-    """Set the inputs of an axis and the conditions of its drive."""
+    """Set the inputs of an axis and the conditions of its drive. Conditions that are None do not change."""
     for name, level in levels.items():
         bit = axis.terminals[axis.model.input_names.index(name)]
         if isinstance(level, SwitchRange):

@@ -49,6 +49,7 @@ class ImageBench:
         self._renew(ImageBenchOptions())
 
     def _renew(self, options: ImageBenchOptions) -> None:
+        """Start a fresh bench at time 0 with a first image; raise RequestError for a wrong option."""
         try:
             module = self._make(options)
         except ValueError as error:
@@ -97,6 +98,7 @@ class ImageBench:
         """Apply the faults of a request to the module's line; for subclasses with a line."""
 
     def _check(self, request: Request) -> None:
+        """Raise RequestError for the level of an input that a switch of the machine operates."""
         wired = self._wired if request.new is None else request.new.machine.wired
         for name in wired:
             if getattr(request.inputs, name) is not None:
@@ -111,6 +113,7 @@ class ImageBench:
                 self.module.look_again()
 
     def _turn(self, encoder: Encoder, scans: int) -> None:
+        """Turn the encoder evenly during the next scans, and set its marker pulses."""
         machine = self.module.machine
         if encoder.counts:
             machine.turn_encoder(encoder.counts, self.now_ns, self.now_ns + scans * self.scan_ns)
@@ -148,6 +151,7 @@ class ImageBench:
         return names.issuperset(until.set) and names.isdisjoint(until.clear)
 
     def _reply(self) -> dict[str, Any]:
+        """Return the reply: the time, the image and its values, and the rules since the last reply."""
         words = list(self._inputs)
         is_configuring = bool(words[0] & StatusMsw.MODE_CONFIG.value)
         position, encoder, captured = (

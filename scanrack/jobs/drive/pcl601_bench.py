@@ -122,11 +122,13 @@ def _set_env(controller: Pcl601Controller, now_ns: int, env: Pcl601Env) -> None:
 
 
 def _signals(device: Pcl601) -> dict[str, Callable[[], JsonValue]]:
+    """Return functions that read the observable signals of a controller, by name."""
     controller = device.controller
-    outputs = {
-        f"output{bit + 1}": partial(lambda bit: _on_off(controller.output_pins >> bit & 1), bit)
-        for bit in range(OUTPUT_COUNT)
-    }
+
+    def output(bit: int) -> str:
+        return _on_off(controller.output_pins >> bit & 1)
+
+    outputs = {f"output{bit + 1}": partial(output, bit) for bit in range(OUTPUT_COUNT)}
     return {
         "position": lambda: device.motor_position,
         **outputs,

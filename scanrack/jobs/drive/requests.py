@@ -110,6 +110,7 @@ class Until(Strict):
     @field_validator("set", "clear")
     @classmethod
     def _are_status_bits(cls, names: list[str], info: ValidationInfo) -> list[str]:
+        """Return the names; raise ValueError for a name that is not a status bit of the module's words."""
         profile: Profile = info.context or WORDS_3601
         for name in names:
             if name not in profile.masks:
@@ -134,6 +135,7 @@ class Request(Strict):
 
     @model_validator(mode="after")
     def _turning_takes_time(self) -> Request:
+        """Refuse encoder counts in a request without time, and marker pulses after the request's end."""
         if self.encoder is not None:
             if self.encoder.counts and not self.for_ms:
                 raise ValueError(

@@ -84,6 +84,7 @@ class WireRequest(Strict, Generic[New, Env]):
 
     @model_validator(mode="after")
     def _has_one_kind_of_bytes(self) -> WireRequest[New, Env]:
+        """Refuse bytes both in hex and as text, and a gap between bytes that are not text."""
         if self.tx is not None and self.tx_text is not None:
             raise ValueError("send tx or tx_text, not both")
         if self.char_gap_ms and self.tx_text is None:

@@ -67,7 +67,7 @@ class FirstRun:
         }
 
     def lines(self) -> Iterator[str]:
-        """Yield the result as lines of text."""
+        """Yield the result as lines of text: the run, and each list that is not empty."""
         if self.problem:
             yield f"first run: not possible: {self.problem}"
             return

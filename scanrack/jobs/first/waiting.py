@@ -104,7 +104,10 @@ def _is_condition(step: LoweredStep) -> bool:
 
 
 def _condition(debugger: Debugger, blocked: _BlockedRung) -> Condition | None:
-    """Describe a false condition by its first false tag; None if it has no tag that can be explained."""
+    """Describe a false condition by its first false tag, or by its first tag if none is false.
+
+    Return None if it has no tag, or if its tag can't be explained.
+    """
     _, routine, line, step = blocked
     tags = [tag for operand in step.operands for tag in _tags(operand)]
     if not tags:
@@ -118,7 +121,9 @@ def _condition(debugger: Debugger, blocked: _BlockedRung) -> Condition | None:
     step_text = f"{step.name}({','.join(map(_text, step.operands))})"
     if routine.body is not None:
         step_text = line.text.strip() or step_text
-    return Condition(routine.name, line.number, routine.unit, step_text, tag, value, why)
+    return Condition(
+        routine.name, line.number, routine.unit, condition=step_text, tag=tag, value=value, why=why
+    )
 
 
 def _why(debugger: Debugger, tag: str, value: Value) -> str:

@@ -85,7 +85,7 @@ def bench_of(setup: Setup) -> TrialBench:
         job = load_job(setup.rack)
     fresh_logic, invariants = logic_factory(job, setup.rack), invariants_of(setup)
     if has_claims(job):
-        monitored = with_monitors(job)
+        monitored = with_monitors(job)  # claims in the program's text are invariants too
         fresh_logic, invariants = monitored.program.compile, [*invariants, *invariants_in(monitored)]
     spec = with_needed_firmware(job)
     rungs: tuple[Rung, ...] = ()
@@ -94,7 +94,7 @@ def bench_of(setup: Setup) -> TrialBench:
         settings = settings_of(job.logic.compile().lowered, spec)
     if spec.controller == "compactlogix" and isinstance(job.logic, LadderLogic):
         rungs = reading_rungs(job.logic.compile().lowered)
-    return TrialBench(spec, fresh_logic, invariants, setup.scans, rungs, settings)
+    return TrialBench(spec, fresh_logic, invariants, scans=setup.scans, rungs=rungs, settings=settings)
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
@@ -125,6 +125,7 @@ def _is_loaded_from(module: ModuleType, program: Path) -> bool:
 
 
 def _slot_with_need(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSpec:
+    """Return a slot that needs at least a firmware; raise ValueError if the module's firmware is older."""
     if Firmware.parse(slot.firmware) < needed:
         raise ValueError(
             f"{job.program}: {NEEDS_FIRMWARE} is {needed}, but slot {slot.number} has "
@@ -174,6 +175,7 @@ class _FunctionMaker:
         self._outside_modules: set[str] = set()  # names of modules that are not in the folder
 
     def __call__(self) -> ScanLogic:
+        """Execute the program again, without the modules that it imported before; return its function."""
         if sys.modules.keys() - self._outside_modules:
             forget_imported(self._folder)
             self._outside_modules = set(sys.modules)

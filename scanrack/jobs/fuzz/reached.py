@@ -62,6 +62,7 @@ def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
 
 
 def _ladder_reach(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
+    """Return the coverage of the user's instructions in a ladder program."""
     lowered = logic.compile().lowered
     passed_by_site = dict(_instructions(logic, lowered, _notes_in(seen)))
     gaps: list[Gap] = []
@@ -73,6 +74,7 @@ def _ladder_reach(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach
 
 
 def _python_reach(program: Path, seen: Collection[Feature]) -> ProgramReach:
+    """Return the coverage of the branches of a Python program."""
     lines = branch_lines(program.read_bytes(), program.name)
     taken = bytearray(len(lines))
     for group, kind in seen:
@@ -98,6 +100,7 @@ class _Notes(NamedTuple):
 
 
 def _notes_in(seen: Collection[Feature]) -> _Notes:
+    """Return the notes on the power in rungs that are among the changes of all runs."""
     notes = _Notes({}, {})
     for group, kind in seen:
         match group, kind:
@@ -106,7 +109,7 @@ def _notes_in(seen: Collection[Feature]) -> _Notes:
                 notes.powered.setdefault(note, set()).update(powered)
             case "path", (_, int() as note, int() as count):
                 notes.counts[note] = max(notes.counts.get(note, -1), count)
-            case "size", (0, int() as note, *_):
+            case "size", (0, int() as note, *_):  # reader 0 reads the power in rungs
                 notes.counts[note] = LARGE
     return notes
 

@@ -99,6 +99,7 @@ class RepeatedScans:
         return all(leaf.ident in cells if spot is None else not spot.view for leaf, spot in spots)
 
     def _memory_without_clocks(self) -> tuple[Any, ...]:
+        """Return copies of the program's values, with 0 for its clocks, and the last minor fault."""
         lists = []
         for values, clock_indices in self._lists:
             copied_values = [*values]

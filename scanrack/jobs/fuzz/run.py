@@ -125,6 +125,7 @@ class _TimedLogic(LogicWrapper):
         self._calls = 0
 
     def __call__(self, scan: Any) -> None:
+        """Call the logic. One call in `TIMED` is measured, and counts for the others."""
         self._calls += 1
         if self._calls % TIMED:
             self._logic(scan)
@@ -273,7 +274,7 @@ class _Watcher(QuietListener):
         shows = tuple(f"slot {number}: {slot}" for number, slot in snapshot.slot.items())
         shows += self._waits_at_fault or self._wait_sentences(snapshot.scan)
         rules = tuple(self._explanations)
-        return BrokenInvariant(name, sentence, snapshot.scan, snapshot.ns, why, shows, rules)
+        return BrokenInvariant(name, sentence, snapshot.scan, snapshot.ns, why, shows=shows, rules=rules)
 
     def _wait_sentences(self, scan: int) -> tuple[str, ...]:
         """Return a sentence for each wait of the program's sequences."""
@@ -418,6 +419,7 @@ class _Run:
         probe: Probe | None = None,
         explored_stop: ExploredStateStop | None = None,
     ) -> None:
+        """Create the rack, the logic and the watches. The probe prepares the logic before it is wrapped."""
         self._scans, self._scenario = bench.scans, scenario
         self._every_scan, self._explored_stop = every_scan, explored_stop
         self._without = without
@@ -433,7 +435,7 @@ class _Run:
         self._wrap_logic(logic, traced_since)
         invariants = [invariant for invariant in bench.invariants if invariant.name not in without]
         watches = [_WatchedInvariant(invariant, invariant.start()) for invariant in invariants]
-        self._watcher = _Watcher(watches, without, self._cause)
+        self._watcher = _Watcher(watches, known=without, place=self._cause)
         tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
         self._watcher.sequences = sequences_in(logic)
@@ -510,6 +512,10 @@ class _Run:
             yield end_ns(part)
 
     def _run_scans(self, cpu: Cpu) -> None:
+        """Run the scans.
+
+        With a probe, end in an explored state, and learn the states of a run without failure.
+        """
         if self._explored_stop is None or self._probe is None:
             cpu.run(self._scans)
             return

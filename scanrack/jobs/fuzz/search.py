@@ -91,6 +91,7 @@ class RunTotals:
         self._add_results(other)
 
     def _add_results(self, other: RunTotals | Verdict) -> None:
+        """Add the results that totals and the verdict of a single run have in common."""
         self.scans += other.scans
         self.rules.update(other.rules)
         self.applied |= other.applied
@@ -181,7 +182,7 @@ def search(
         scenario = waiting.popleft() if is_rerun else chooser.next(runner.edges_of)
         edges = Edges()
         counterexample = runner.find_failure(scenario, edges)
-        if runner.runs == 1:
+        if runner.runs == 1:  # the first run has created the logic
             draws.times = times_of(runner.logic, draws.scan_ns, draws.scans)
         if counterexample is not None:
             report.unshrunk_found.append(counterexample)
@@ -248,6 +249,7 @@ def shrunk(
     runs, is_in_time = 0, True
 
     def same_failure(scenario: Scenario) -> BrokenInvariant | None:
+        """Run a scenario; return its failure if it is the same. Return None without a run if time is up."""
         nonlocal runs, is_in_time
         is_in_time = is_in_time and (runs < LEAST_SHRINKING or has_time())
         if not is_in_time:
@@ -320,6 +322,7 @@ class _Runner:
         report.spent[CONFIRMING] += wall_ns() - start_ns
 
     def _run(self, scenario: Scenario, probe: Probe | None, *, every_scan: bool) -> BrokenInvariant | None:
+        """Run a scenario and count it; return its failure, or None. Known failures are ignored."""
         verdict = self.bench.run(
             scenario, without=self.known, probe=probe, explored=self.explored, every_scan=every_scan
         )

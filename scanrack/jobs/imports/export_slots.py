@@ -94,6 +94,7 @@ def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
 
 
 def _table(slot: ExportSlot) -> Iterator[str]:
+    """Yield the lines of a simulated slot: a comment on its module, its table, and settings to complete."""
     assert slot.module is not None
     if slot.catalog or slot.name:
         yield comment(str(slot) + (f": treated as a 3601, since {slot.why}" if slot.why else ""))

@@ -52,6 +52,7 @@ def rack_of(
 
 
 def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str]:
+    """Yield the lines above the tables: the program, the controller, the times and the recording."""
     report = imported.report
     name = report.controller or program.stem
     yield comment(f"{name}: {report.rungs} rungs, {len(report.refused)} refused.")
@@ -80,6 +81,7 @@ def _start(export: ExportStart) -> Iterator[str]:
 
 
 def _stubs(imported: L5xImport) -> Iterator[str]:
+    """Yield the table `[stubs]` for missing and refused parts of an export; nothing if it is complete."""
     report = imported.report
     declares = bool(report.declared) or any(refusal.tag for refusal in report.refused)
     if report.complete and not (report.stubs or declares):
@@ -133,13 +135,14 @@ def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
 
 
 def _slot(number: int, module: ModuleRecord) -> ExportSlot:
+    """Return the slot of a module. The catalog number, or the sizes of generic data, may make it a 3601."""
     kind, why = simulated(module.catalog), ""
     if "3601" in module.catalog:
         kind = STEPPER
     elif module.catalog.partition("/")[0] == GENERIC and _has_the_sizes_of_a_3601(module):
         kind, why = STEPPER, "it has a 3601's sizes; if it is another module, remove these lines"
     sizes = [f"{prefix_of(module)}:{tag.suffix} of {tag.size} bytes" for tag in module.tags if tag.size]
-    return ExportSlot(number, module.catalog, module.name, ", ".join(sizes), kind, why)
+    return ExportSlot(number, module.catalog, module.name, tags=", ".join(sizes), module=kind, why=why)
 
 
 def _has_the_sizes_of_a_3601(module: ModuleRecord) -> bool:

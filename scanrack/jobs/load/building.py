@@ -39,7 +39,7 @@ def build_rack(
         ValueError: a real port is not allowed or can't be opened.
     """
     modules = {slot.number: _new_module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
-    for module in modules.values():
+    for module in modules.values():  # after all are made, because a follower needs another slot's module
         if (follower := following(module)) is not None:
             follower.join(modules)
     if around is not None:
@@ -48,10 +48,10 @@ def build_rack(
         Card(
             slot.number,
             _exposed_module(spec, slot, modules[slot.number], handled=handled and not slot.is_live),
-            slot.module,
-            slot.recorded_firmware,
-            slot.words,
-            round_trip_ms(spec, slot),
+            catalog=slot.module,
+            firmware=slot.recorded_firmware,
+            words=slot.words,
+            round_trip_ms=round_trip_ms(spec, slot),
         )
         for slot in spec.slot
     )
@@ -81,6 +81,10 @@ def _exposed_module(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: 
 
 
 def _new_module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
+    """Return the module of a slot.
+
+    A live slot opens its real port, or raises ValueError without `ports`.
+    """
     if not slot.is_live:
         return slot.make(seed)
     if ports is None:

@@ -55,6 +55,7 @@ def rack_of_export(
 
 
 def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
+    """Return the text of the rack file for an L5X; raise ProgramError if it contains no program."""
     from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import
 
     from ..imports.l5x_rack import rack_of
@@ -66,6 +67,7 @@ def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
 
 
 def _slc_text(program: Path, imported: Any) -> str:
+    """Return the text of the rack file for an SLC export."""
     from scanrack.rockwell.slc import import_slc
 
     from ..imports.slc_rack import rack_of_slc

@@ -127,6 +127,7 @@ class LinkedRack:
             raise LadderError(f"{self.path.name} has no tag {tag}")
 
         def sample(now_ns: int) -> Sample:
+            """Return the sample at a time; run this rack up to then, unless its own job runs it."""
             if not self._leads:
                 self._run(now_ns // rpi_ns * rpi_ns)
             elif watched.last_number < 0:
@@ -148,6 +149,7 @@ class LinkedRack:
             self._note(until_ns, self._tags)
 
     def _power_up(self) -> Cpu:
+        """Create the CPU and note the first values; raise LadderError without a ladder program."""
         if self._spec is None or self.logic is None:
             raise LadderError(f"{self.path.name} has no ladder program, so it has no tags")
         self._cpu = build_cpu(self._spec, self.logic, build_rack(self._spec))
@@ -219,6 +221,7 @@ def stub_of_table(table: StubTable, folder: Path, group: RackGroup) -> Stub:
 
 
 def _source(table: StubTable, folder: Path, group: RackGroup) -> DataSource | None:
+    """Return the source of values in a stub table: a tag, a time table or a constant; else None."""
     if table.rack:
         return FromRack(group.rack(folder / table.rack), table.tag)
     if table.table:

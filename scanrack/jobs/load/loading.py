@@ -427,6 +427,7 @@ def _rack_name(rack: str) -> str:
 
 
 def _job(source: _RackSource, program: LoadedProgram) -> LoadedRack:
+    """Return the job for a program that was loaded with its rack."""
     name, spec = f"{program.path.name}:{program.name}", source.spec
     return LoadedRack(
         spec=spec,

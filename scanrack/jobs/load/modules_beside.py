@@ -38,6 +38,7 @@ class _Finder(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        """Return the spec of a top-level module in the folder of the importing module, or None."""
         folder = None if path is not None else _folder_of(_importer(sys._getframe(1)))
         if folder is None:
             return None
@@ -56,6 +57,10 @@ class _FirstFinder(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        """Return the spec of a module that Python finds in the folder of the importing module.
+
+        Return None for any other module, and while `BESIDE` is not set.
+        """
         folder = None if BESIDE.get() is None else _folder_of(_importer(sys._getframe(1)))
         if folder is None:
             return None

@@ -324,6 +324,7 @@ def _as_program_errors(prefix: str = "") -> Iterator[None]:
 
 
 def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
+    """Load and build a program of rung text or structured text; raise ProgramError for a mistake in it."""
     from scanrack.ladder.files.rungfile import parse_program, parse_structured
 
     data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
@@ -397,7 +398,8 @@ def _imported_program(
     if program is None or (refused and not stubs.refused):
         shown = [str(refusal) for refusal in refused[:REFUSALS_SHOWN]] or [f"{path} contains no program"]
         hidden = len(refused) - REFUSALS_SHOWN
-        shown += [f"and {hidden} more: scanrack l5x {path} lists all"] * (hidden > 0)
+        if hidden > 0:
+            shown.append(f"and {hidden} more: scanrack l5x {path} lists all")
         raise ProgramError(
             "\n".join(shown), *(Site(file=refusal.file, line=refusal.line) for refusal in refused)
         )
@@ -405,11 +407,14 @@ def _imported_program(
     if stubs.missing_tags and report.declared:
         declared = [f"{name} : {text}" for name, text in report.declared.items()]
         program.left_out["missing_tags"] = f"declare: {', '.join(declared)}"
-    program.refused = [refusal.place for refusal in sorted(refused, key=lambda each: each.line)]
-    return LoadedProgram(path, program.name, program, data, report.warnings, modules, report.forces)
+    program.refused = [refusal.place for refusal in sorted(refused, key=lambda refusal: refusal.line)]
+    return LoadedProgram(
+        path, program.name, program, data, notices=report.warnings, modules=modules, forces=report.forces
+    )
 
 
 def _load_steps(path: Path) -> LoadedProgram:
+    """Load a list of steps; raise ProgramError for a mistake in it."""
     data = _read(path, TextKind.STEPS)
     _check_text(path, data)
     from scanrack.ladder.files.steps import parse_steps
@@ -426,6 +431,7 @@ def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
 
 
 def _read(path: Path, kind: TextKind = TextKind.PYTHON) -> bytes:
+    """Return the bytes of a program file; raise ProgramError if it is missing or can't be read."""
     try:
         return read_input(path, LIMITS[kind].size)
     except FileNotFoundError:
@@ -469,6 +475,10 @@ def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
 
 
 def _execute(path: Path, data: bytes) -> ModuleType:
+    """Run a program file as a new module and return the module.
+
+    Raise ProgramError, with the line, if the program can't be compiled or raises an exception.
+    """
     try:
         code = COMPILER.get()(data, str(path))
     except (SyntaxError, ValueError) as error:  # null bytes raise one or the other, by Python version
@@ -523,6 +533,7 @@ def _callable_in(path: Path, module: ModuleType, name: str) -> Callable[..., Any
 def _check_signature(
     path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
 ) -> None:
+    """Raise ProgramError unless a function is plain and can be called with these arguments."""
     form = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
     line = f"{path}:{_line_of(function)}"
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):

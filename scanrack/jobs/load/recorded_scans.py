@@ -63,10 +63,10 @@ def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[in
         Card(
             slot.number,
             modules[slot.number],
-            slot.module,
-            slot.firmware,
-            words[slot.number],
-            trips.get(slot.number, 0),
+            catalog=slot.module,
+            firmware=slot.firmware,
+            words=words[slot.number],
+            round_trip_ms=trips.get(slot.number, 0),
         )
         for slot in slots
     )

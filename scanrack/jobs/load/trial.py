@@ -48,6 +48,7 @@ def tried(path: Path, trial: Trial = Trial()) -> L5xImport | SlcImport:
 
 
 def _note_axis(report: Report, axis: str, names: list[str]) -> None:
+    """Note in the report which motion instructions of an axis move an ideal axis, and which end with ER."""
     ideal = [name for name in names if name in IDEAL]
     unsupported = [name for name in names if name not in IDEAL]
     if ideal:

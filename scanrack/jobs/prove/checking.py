@@ -125,7 +125,7 @@ class _Scans:
     def __init__(self, relation: list[str], roles: Mapping[str, Any], *, first: bool, more: int = 0) -> None:
         self._relation, self._roles = relation, roles
         self._count = 0  # number of scans
-        self._lines = [relation[0]]
+        self._lines = [relation[0]]  # names the logic; the other lines are repeated for each scan
         initial = {name: state["initial"] for name, state in roles["states"].items()} | roles["late"]
         self._add(initial if first else {})
         for _ in range(more):
@@ -179,6 +179,7 @@ def _some_false(terms: Iterator[str]) -> str:
 
 
 def _z3(text: str) -> str:
+    """Return the answer of the z3 package to a script."""
     import z3
 
     solver = z3.Solver()
@@ -188,6 +189,7 @@ def _z3(text: str) -> str:
 
 
 def _cvc5(text: str) -> str:
+    """Return the answer of the cvc5 package to a script."""
     import cvc5
 
     manager = cvc5.TermManager()
@@ -201,13 +203,14 @@ def _cvc5(text: str) -> str:
 
 
 def _program(words: list[str], text: str) -> str:
+    """Return the first line that a solver program prints for a script; "unknown" if it takes too long."""
     try:
         process = subprocess.run(
             words, input=text, capture_output=True, encoding="utf-8", timeout=2 * SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         return "unknown"
-    return next(iter(process.stdout.split("\n")), "").strip() or "no answer"
+    return process.stdout.split("\n")[0].strip() or "no answer"
 
 
 _PACKAGES: tuple[tuple[str, str, Callable[[str], str]], ...] = (

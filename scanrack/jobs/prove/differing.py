@@ -112,13 +112,13 @@ def edited(
         may_differ = any(_is_in(value.key, place) for place in allowed_places)
         changed_tags.append(_with_scenario(job, old_logic, layout, value, folder, allowed=may_differ))
     return EditedSubject(
-        difference.compared,
-        tuple(changed_tags),
-        tuple(difference.removed),
-        tuple(difference.added),
-        bounds,
-        held_values,
-        tuple(_limits_of(difference)),
+        compared=difference.compared,
+        changed=tuple(changed_tags),
+        removed=tuple(difference.removed),
+        added=tuple(difference.added),
+        bounds=bounds,
+        held=held_values,
+        open=tuple(_limits_of(difference)),
     )
 
 
@@ -174,7 +174,8 @@ def _with_scenario(
         rack = None if is_fault else difference_on_rack(job, old, layout, value.scans, value.key)
         file = write_scenario(job, layout, name, value.scans, rack, folder)
     inputs = tuple(_program_spelling(layout, address) for address in value.inputs)
-    return ChangedTag(name, value.now, tuple(steps_of(layout, value.scans)), inputs, file, allowed, rack)
+    steps = tuple(steps_of(layout, value.scans))
+    return ChangedTag(name, value.now, steps, inputs, scenario=file, allowed=allowed, rack=rack)
 
 
 def _program_spelling(layout: Layout, text: str) -> str:
@@ -231,7 +232,7 @@ def _list_line(begin: str, names: Sequence[str]) -> Iterator[str]:
 
 
 def as_json(edit: EditedSubject) -> dict[str, Any]:
-    """Return the differences as JSON values."""
+    """Return the differences as JSON values: the changed tags with their runs, and the assumptions."""
     return {
         "compared": edit.compared,
         "changed": [

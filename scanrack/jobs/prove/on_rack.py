@@ -96,7 +96,7 @@ def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
 
         def power(routine: str, rung: int, place: int) -> bool | None:
             truth = program.truth(routine)[rung]
-            return None if truth is None else truth[place]
+            return None if truth is None else truth[place]  # None: the rung was not scanned
 
         return lambda: {power(*place) for place in places} == {True, False}
 
@@ -156,7 +156,7 @@ def _replayed(job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], find_sca
     period_ns = job.spec.scan_ns
     variants = [on_scans_of(layout, scans, period_ns, inputs_first=first) for first in (False, True)]
     if any(model_scan.again for model_scan in scans):
-        return OnRack(False, None, variants[0], why=TWO_RUNS)
+        return OnRack(confirmed=False, scan=None, scenario=variants[0], why=TWO_RUNS)
     why = ""
     for scenario in variants:
         try:
@@ -165,11 +165,12 @@ def _replayed(job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], find_sca
             why = str(error)
             continue
         if scan is not None:
-            return OnRack(True, scan, scenario, _needed_forces(scenario, find_scan))
+            forced = _needed_forces(scenario, find_scan)
+            return OnRack(confirmed=True, scan=scan, scenario=scenario, forced=forced)
     if not why and variants[0].left_out:
         why = f"nothing on the rack sets {', '.join(variants[0].left_out)}"
     why = why or f"scans of {time_text(period_ns)} do not show it; a scan of another length does"
-    return OnRack(False, None, variants[0], why=why)
+    return OnRack(confirmed=False, scan=None, scenario=variants[0], why=why)
 
 
 def _needed_forces(scenario: RackScenario, find_scan: FindScan) -> tuple[str, ...]:

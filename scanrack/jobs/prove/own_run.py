@@ -83,14 +83,15 @@ class _ValueNotes(QuietListener):
     """
 
     def __init__(self, subject: ProofSubject, engine: Engine, truths: Sequence[T]) -> None:
+        """Find the truths that memory decides, and begin to note the values of their variables."""
         self._engine, self._problem = engine, subject.problem
         self._variables = variables_by_root(truths)
         in_memory = self._in_memory(term for terms in self._variables.values() for term in terms)
-        known = {variable.v for variable in in_memory}
+        readable = {variable.v for variable in in_memory}
         self.unseen = [
             truth
             for truth in truths
-            if all(term in known or _is_known(term) for term in self._variables[truth])
+            if all(term in readable or _is_known(term) for term in self._variables[truth])
         ]
         self.seen: set[T] = set()
         self.stop: Callable[[], object] = lambda: None

@@ -94,6 +94,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
+    """Return a table of the scans of a scenario, each with the changes before it."""
     return _table(
         ("scan", "what changes before it"),
         [

@@ -142,25 +142,25 @@ def prove_all(
     for number, claim in enumerate(claims, start=1):
         progress(claim.claim.name, number, len(claims))
         start_ns = wall_ns()
-        result = answer(subject.problem, subject.program, claim, limits)
-        if result.verdict:
+        claim_answer = answer(subject.problem, subject.program, claim, limits)
+        if claim_answer.verdict:
             spent_ns, used = wall_ns() - start_ns, in_use(subject.job)
-            proof = folder.save_proof(result.claim.name, result.verdict.certificates, used)
-            opinions = tuple(check(proof, other) for other in others)
-            yield Result(result, spent_ns, proof=proof, opinions=opinions)
+            proof = folder.save_proof(claim_answer.claim.name, claim_answer.verdict.certificates, used)
+            opinions = tuple(check(proof, solver) for solver in others)
+            yield Result(claim_answer, spent_ns, proof=proof, opinions=opinions)
             continue
-        if not result.steps:
-            yield Result(result, wall_ns() - start_ns)
+        if not claim_answer.steps:
+            yield Result(claim_answer, wall_ns() - start_ns)
             continue
-        rack = replay_on_rack(subject, claim_broken(subject, claim), result.scans)
+        rack = replay_on_rack(subject, claim_broken(subject, claim), claim_answer.scans)
         layout = subject.problem.lowered.layout
-        file = write_scenario(subject.job, layout, result.claim.name, result.scans, rack, folder)
-        at_own_time = _at_own_time(subject, number - 1, result, rack, limits)
+        file = write_scenario(subject.job, layout, claim_answer.claim.name, claim_answer.scans, rack, folder)
+        at_own_time = _at_own_time(subject, number - 1, claim_answer, rack, limits)
         yield Result(
-            result,
+            claim_answer,
             wall_ns() - start_ns,
-            rack,
-            file,
+            rack=rack,
+            scenario=file,
             own_ns=subject.job.spec.scan_ns,
             at_own_time=at_own_time,
         )
@@ -294,7 +294,7 @@ class _FindingWriter(Listener[Finding]):
             return FoundAnswer(finding)
         if not scans:
             proof = self._folder.save_proof(name, finding.verdict.certificates, in_use(subject.job))
-            opinions = tuple(check(proof, other) for other in self._others)
+            opinions = tuple(check(proof, solver) for solver in self._others)
             is_refused = any(opinion.refused for opinion in opinions)
             return None if is_refused else FoundAnswer(finding, proof=proof, opinions=opinions)
         coils = finding.coils
@@ -302,7 +302,7 @@ class _FindingWriter(Listener[Finding]):
         layout = subject.problem.lowered.layout
         file = write_scenario(subject.job, layout, name, scans, rack, self._folder)
         on_rack = faults_on_rack(subject, scans) if finding.rule in FAULTS else str(rack or "")
-        return FoundAnswer(finding, tuple(steps_of(layout, scans)), file, on_rack)
+        return FoundAnswer(finding, tuple(steps_of(layout, scans)), scenario=file, rack=on_rack)
 
 
 def slug(name: str) -> str:

@@ -151,6 +151,7 @@ def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions
 
 
 def _row(result: Result) -> dict[str, Any]:
+    """Return the result of a claim as JSON values."""
     answer, verdict, site = result.answer, result.answer.verdict, result.answer.claim.site
     return {
         "name": result.name,
@@ -191,6 +192,7 @@ def scans_of(steps: Iterable[ScenarioStep]) -> list[dict[str, Any]]:
 
 
 def _found(answer: FoundAnswer) -> dict[str, Any]:
+    """Return a finding of the built-in questions as JSON values."""
     finding = answer.finding
     site = finding.site
     return {

@@ -81,6 +81,7 @@ class OrderRepeater(QuietListener):
         self._apply_before(scan + 1)
 
     def _apply_before(self, scan: int) -> None:
+        """Apply the pending actions before a scan. Add a sentence to `refused` for each that fails."""
         while self._next < len(self._orders) and self._orders[self._next].scan <= scan:
             number, order = self._orders[self._next]
             self._next += 1

@@ -150,10 +150,11 @@ class ProgramVersions:
         return job
 
     def _load(self, version: ProgramVersion) -> LoadedRack:
+        """Load a program from its unchanged files on disk, or else from copies of its files."""
         self.forget()
         if self._rack is not None and version.is_on_disk:
             job = load_job(self._rack)
-            if version.is_on_disk:
+            if version.is_on_disk:  # no file has changed while it was loaded
                 return job
         job = load_files(self._copy_files(version), version.rack, version.program)
         return job if version.retained is None else retaining(job, version.retained, RETAINED)[0]
@@ -234,6 +235,7 @@ def versions_of(
 def _recorded_version(
     files: Mapping[str, bytes], number: int, rack: str, program: str, *, trust: bool
 ) -> ProgramVersion:
+    """Return the program of an edit, with its files from a trace; raise ValueError if they are missing."""
     folder = folder_of_edit(number)
     edit_files = {name.removeprefix(folder): data for name, data in files.items() if name.startswith(folder)}
     if not edit_files:

@@ -102,6 +102,7 @@ def _is_address(text: str) -> bool:
 
 
 def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
+    """Yield all values of a program: the fields of its `Logic` objects, and the values of public names."""
     hints = declared(namespace)
     for name, value in namespace.items():
         if isinstance(value, Logic):

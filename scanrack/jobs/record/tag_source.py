@@ -114,6 +114,7 @@ class ProgramTags:
         memory: bytearray,
         texts: TextCodes | None = None,
     ) -> None:
+        """Generate `take`. If a value does not fit its type, `take` reads the tags one by one instead."""
         texts = texts or TextCodes([])
         self.texts = texts
         self.plan: TagPlan = plan_of([recorded_tag.tag for recorded_tag in recorded])
@@ -150,6 +151,7 @@ class ProgramTags:
         return b"".join(parts)
 
     def _refuse(self, tag: Tag, error: Exception) -> None:
+        """Report, once for each tag, that its value does not fit and is recorded as 0."""
         if tag.name in self._refused:
             return
         self._refused.add(tag.name)

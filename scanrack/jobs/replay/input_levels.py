@@ -39,6 +39,7 @@ def recorded_levels(
 
 
 def _levels_of(recording: PackedTrace, slot: int, active_high: int) -> Iterator[Stimulus]:
+    """Yield the level of each input of a slot at the beginning, and then each change."""
     first_ns = recording.times[0]
     last_levels: int | None = None
     for at_ns, levels in _level_changes(recording, recording.layout.places[slot], active_high):

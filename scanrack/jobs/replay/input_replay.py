@@ -243,7 +243,7 @@ class InputReplay:
                 tags.unforce()
             case Write() | Force() | Unforce() if tags is not None:
                 if not self._names_image_place(tags, order.tag):
-                    _set(tags, order)
+                    _apply_to_tag(tags, order)
 
     def _names_image_place(self, tags: Debugger | Fields, name: str) -> bool:
         """Return whether a name is an address or a tag of an image."""
@@ -267,7 +267,8 @@ class InputReplay:
             self.attach(edited)
 
 
-def _set(tags: Debugger | Fields, order: Write | Force | Unforce) -> None:
+def _apply_to_tag(tags: Debugger | Fields, order: Write | Force | Unforce) -> None:
+    """Write, force or release a tag."""
     if isinstance(order, Write):
         tags.tags[order.tag] = order.value
     elif isinstance(order, Force):

@@ -66,8 +66,9 @@ class Replay:
             self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
         else:
             self.rack = build_rack(spec)
+        # without a program, the recorded outputs are sent
         self._logic = logic or recorded_outputs(self._plan, recording.memory, recording.layout)
-        directions = {
+        directions = {  # the images that the receiver produces, and that are compared
             ReplayTarget.MODULE: ("in",),
             ReplayTarget.PROGRAM: ("out",),
             ReplayTarget.RACK: ("in", "out"),
@@ -120,6 +121,7 @@ class Replay:
 
 
 def _recorded_inputs(recording: PackedTrace) -> dict[int, RecordedInputs]:
+    """Return a module for each slot, by number, that returns the recorded input images."""
     return {
         slot.number: RecordedInputs(
             recording.images((slot.number, "in")),
@@ -171,6 +173,7 @@ _FRESH = {
 
 
 def _assumptions(into: ReplayTarget, plan: ReplayPlan, *, resumed: bool) -> Iterator[str]:
+    """Yield notes about a late beginning, about scans in program mode only, and about missing scans."""
     first = plan.numbers[0]
     if first and not resumed:
         yield f"the trace begins with scan {first:,}: {_FRESH[into]} then"

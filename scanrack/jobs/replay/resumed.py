@@ -160,7 +160,11 @@ class ResumedModule:
         self.module.power_cycle()
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Return the simulated image while the state is known, else the recorded one; see `Module.update`."""
+        """Return the simulated image while the state is known, else the recorded one; see `Module.update`.
+
+        The simulation ends at a row from which the state is unknown. It starts again at a row that shows the
+        whole state.
+        """
         row = self._row
         while row < self._last and self._times[row + 1] <= now_ns:
             row += 1
@@ -193,6 +197,7 @@ class ResumedModule:
 
     def _is_unseen(self, shown: Words, last_shown: Words, command: Words) -> bool:
         """Return whether the module at rest shows a change for which the recording has no command."""
+        # a command in any of the surrounding scans, or a motion, explains the change
         commands = command, words_of(self._last_images[0]), words_of(self._outputs[self._row])
         if any(words[0] or words[1] & ~_PROXIMITY for words in commands) or last_shown[0] & _MOVES:
             return False
@@ -267,9 +272,10 @@ class ResumedModule:
             return INPUT_CHANGED
         if self._sampled and self._is_unseen(shown, last_shown, command):
             return COMMAND_UNSEEN
-        if command[0] & _CONFIGURES:
+        if command[0] & _CONFIGURES:  # erases blend profile and minimum distance, so both are known
             return ""
         if command[0] & _BLEND_RUNS and not self._is_blend_known:
             return OLD_BLEND
+        # a manual move with a distance is a registration move
         registers = command[0] & _MANUAL and (command[2] or command[3])
         return OLD_MINIMUM if registers and not self._is_minimum_known else ""

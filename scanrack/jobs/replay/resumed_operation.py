@@ -42,14 +42,13 @@ class ResumedOperation:
         sampled: bool = False,
     ) -> None:
         self._recording, self._forced, self._sampled = recording, forced, sampled
-        self._given_configuration = (
-            configuration
-            if configuration is None
-            else tuple(Configuration.from_image(Image(configuration)).to_image())
-        )
+        self._given_configuration: Words | None = None
+        if configuration is not None:  # converted to check it
+            self._given_configuration = tuple(Configuration.from_image(Image(configuration)).to_image())
+        may_begin_late = captured or recording.numbers[0] > 0  # any other recording begins at power-up
         self.slots = [
             slot.number
-            for slot in (recording.slots if captured or recording.numbers[0] else ())
+            for slot in (recording.slots if may_begin_late else ())
             if slot.number in simulated and self._begins_late(slot.number, simulated[slot.number])
         ]
         self._first_shown = {slot: self._first_configuration(slot) for slot in self.slots}
@@ -83,11 +82,11 @@ class ResumedOperation:
             return module
         resumed = ResumedModule(
             module,
-            self._recording.images((number, "in")),
-            self._recording.images((number, "out")),
-            self._recording.times,
-            self._forced,
-            self.words(number),
+            images=self._recording.images((number, "in")),
+            outputs=self._recording.images((number, "out")),
+            times=self._recording.times,
+            forced=self._forced,
+            configuration=self.words(number),
             exact_inputs=exact_inputs,
             sampled=self._sampled,
         )
@@ -113,6 +112,7 @@ class ResumedOperation:
         return sum(self.modules[slot].unknown.values()) >= len(self._recording.numbers)
 
     def _notes_of(self, slot: int) -> Iterator[str]:
+        """Yield sentences about a slot: its start state, and its scans that are not compared."""
         module, numbers = self.modules[slot], self._recording.numbers
         if self._is_unknown(slot):
             reason = ", ".join(module.unknown)

@@ -49,6 +49,7 @@ class TagOrders:
         if not is_session:
             orders = [*_orders_of_forces(events), *orders]
         self.orders = [order for order in orders if isinstance(order.order, kinds)]
+        # other recordings contain no writes of tags
         self._recording, self._may_lack_values = recording, bool(events) and not is_session
         repeated = {order.scan for order in self.orders if isinstance(order.order, Edit)}
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in repeated]

@@ -93,7 +93,8 @@ class RunProgram:
         self.debugger = _debugger_of(logic, remembered) if handled else None
         self.logic: ScanLogic = self.debugger or logic
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None
-        self.editions, self._edits = editions, 0
+        self.editions = editions
+        self._edits = 0  # of a Python program; a debugger counts its own
         self._fields = Fields(self._own_logic)
         self._followers: list[WatchesSequences] = []
         self.may_bring_sequences = editions is not None and self.debugger is None
@@ -172,7 +173,10 @@ class RunProgram:
     def _take_over(
         self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]
     ) -> tuple[str, str, Mapping[str, list[str]]]:
-        """Continue with the program of a job; return its name, a sentence, and the affected tags."""
+        """Continue with the program of a job; return its name, a sentence, and the affected tags.
+
+        Raise ValueError if ladder logic would replace Python, or the reverse.
+        """
         logic = job.logic
         if self.debugger is not None and is_rungs(logic):
             edit_result: rung_editing.Edit | LogicEdit = self.debugger.edit(logic)
@@ -257,6 +261,7 @@ class RecordsEdits:
     """A recorder that attaches the files of an edit before the edit's order or event."""
 
     def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
+        """Use all methods of the recorder directly, except `event`."""
         self._recorder, self._editions = recorder, editions
         self.scan = recorder.scan
         self.begin_rows = recorder.begin_rows

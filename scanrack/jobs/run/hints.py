@@ -51,7 +51,16 @@ class IgnoredParameters:
 
 
 class SlotHints:
-    """Watches one module for ignored actions."""
+    """Watches one module for ignored actions.
+
+    Args:
+        wired: mask of the inputs that the machine operates.
+        warn: called with hints about them.
+
+    Attributes:
+        ignored: the latest parameters that changed while a move's bit stayed on; None if a move may have
+            read them since.
+    """
 
     def __init__(self, slot: Slot, wired: int, warn: Callable[[str], object]) -> None:
         self.number = slot.number
@@ -60,7 +69,7 @@ class SlotHints:
         self._raw = slot.outputs.raw
         self._last_outputs = bytes(self._raw)
         self._last_words: list[int] = list(slot.outputs)
-        self._configures = False
+        self._configures = False  # whether the last outputs are a configuration
 
     @property
     def needs_look(self) -> bool:
@@ -76,6 +85,7 @@ class SlotHints:
             self._outputs_changed(scan)
 
     def _outputs_changed(self, scan: int) -> None:
+        """Note parameters that changed while the bit of a move stayed on, or forget earlier ones."""
         last, words = self._last_words, list(self._slot.outputs)
         self._last_words = words
         self._configures = bool(words[0] & _MODE_CONFIG)

@@ -70,7 +70,7 @@ class Playback(Cpu):
             listeners=listeners,
             watchdog=watchdog,
         )
-        self._ahead.enabled = False
+        self._ahead.enabled = False  # every recorded scan is run
         self._plan = plan
         self._rows = len(plan.numbers)
         self._row = 0
@@ -96,6 +96,7 @@ class Playback(Cpu):
             self._set_clock(self._row)
 
     def _set_clock(self, row: int) -> None:
+        """Set the number and time of the next scan, and prepare it again if its first-scan flag differs."""
         self._view.number, self._view.now_ns = self._plan.numbers[row], self._plan.times[row]
         is_first = bool(self._plan.flags[row] & ScanFlag.FIRST_SCAN)
         if is_first is not self._view.first:
@@ -103,6 +104,7 @@ class Playback(Cpu):
             self._prepare()
 
     def _request(self, row: int) -> None:
+        """Request the mode of a scan, and set the forces that are in effect from it."""
         mode = self._plan.mode(row)
         if mode is not self.mode:
             self.mode = mode

@@ -46,9 +46,10 @@ class RetainedMemory:
         with ExitStack() as lock, naming(path, beside(target, "lock")):
             lock.enter_context(held(target))
             self.job, self._ignored = self._load(job)
-            self._lock = lock.pop_all()
+            self._lock = lock.pop_all()  # held until the end, unless loading has failed
 
     def _load(self, job: LoadedRack) -> tuple[LoadedRack, list[str]]:
+        """Return the job with the tags in the file, if it exists, and a sentence for each ignored tag."""
         try:
             data = read_input(self.path, LIMITS[TextKind.RETAINED].size)
         except FileNotFoundError:

@@ -87,6 +87,7 @@ class JobRun:
     """
 
     def __init__(self, job: LoadedRack, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
+        """Power up the rack with its listeners, and apply forces and recorded actions before scan 0."""
         handled = options.handled or options.orders is not None or bool(options.forces)
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
@@ -113,6 +114,7 @@ class JobRun:
             self._repeat_orders(options.orders)
 
     def _repeat_orders(self, orders: Iterable[RecordedOrder]) -> None:
+        """Add a last listener that repeats recorded actions, and apply the actions before scan 0."""
         from ..record.order_repeater import OrderRepeater
 
         self.repeated = OrderRepeater(self.cpu, self.hands, orders)
@@ -128,6 +130,7 @@ class JobRun:
                 options.warn(f"a force is not applied: {error}")
 
     def _recorder(self, job: LoadedRack, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
+        """Return a recorder of the run; it also records operator actions if the rack is operated."""
         return recorder_for(
             job,
             self.rack,

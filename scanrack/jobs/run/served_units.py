@@ -152,6 +152,7 @@ def _address_for(file: Path, program: Program, addresses: list[int]) -> int:
 
 
 def _pcl601_status(device: Pcl601) -> dict[str, str]:
+    """Return the texts of a PCL601 in the status table, by column."""
     controller = device.controller
     registers = controller.read()
     return {
@@ -200,7 +201,7 @@ def pmc006_units(
     thumbwheels: Sequence[str] = (),
     _gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Create one PMC006 on a point-to-point RS-232 line.
+    """Create one PMC006 on a point-to-point RS-232 line. The parameters are those of `pcl601_units`.
 
     Raises:
         ValueError: there are several units, or the address or program is unusable.
@@ -233,6 +234,7 @@ def user_program(file: Path) -> UserProgram:
 
 
 def _pmc006_status(controller: Pmc006Controller) -> dict[str, str]:
+    """Return the texts of a PMC006 in the status table, by column."""
     return {
         "address": str(controller.address),
         "position": f"{controller.axis.position:,}",
@@ -243,6 +245,7 @@ def _pmc006_status(controller: Pmc006Controller) -> dict[str, str]:
 
 
 def _pmc006_values(controller: Pmc006Controller) -> dict[str, int]:
+    """Return the values of a PMC006 by name, for the recording."""
     return {
         "position": controller.axis.position,
         "status1": int(controller.status1),
@@ -253,6 +256,7 @@ def _pmc006_values(controller: Pmc006Controller) -> dict[str, int]:
 
 
 def _wire_pmc006(controller: Pmc006Controller, name: str, state: str) -> None:
+    """Set a pin to "high" or "low"; raise ValueError for an unknown pin or state."""
     pins = {pin.name.lower(): pin for pin in Pin if pin.name is not None}
     if name not in pins:
         raise ValueError(f"no input {name}; choose from {', '.join(pins)}")

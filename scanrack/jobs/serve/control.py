@@ -84,6 +84,7 @@ class ControlChannel:
             raise EndOfTalkError(json.dumps({"error": problem}))
 
     def _carry_out(self, request: object, text: str) -> dict[str, object]:
+        """Carry out a request; return more keys of the answer; raise ValueError for an unknown request."""
         match request:
             case {"fault": str(fault), **rest} if not rest:
                 self._line.set_fault(fault)
@@ -96,6 +97,7 @@ class ControlChannel:
         return {}
 
     def _state(self, address: int) -> dict[str, object]:
+        """Return the time and the values of the unit at an address; raise ValueError if there is none."""
         for unit in self._line.units:
             if unit.address == address:
                 return {"at_ns": self._clock.now_ns(), "state": unit.values()}

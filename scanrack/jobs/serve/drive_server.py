@@ -75,7 +75,7 @@ class EnipPort:
         self._port = int(self.name.rpartition(":")[2])
         self._udp_sockets: list[socket.socket] = []
         try:
-            self._identity_socket = self._open_udp(host, self._port)
+            self._identity_socket = self._open_udp(host, self._port)  # same number as the TCP port
             self._io_socket = self._open_udp(host, io_port)
         except PortError:
             self.close()
@@ -85,6 +85,7 @@ class EnipPort:
         self._sessions: dict[socket.socket, DriveSession] = {}
 
     def _open_udp(self, host: str, port: int) -> socket.socket:
+        """Return a UDP socket that the selector watches; raise PortError if it can't be opened."""
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         udp_socket = socket.socket(family, socket.SOCK_DGRAM)
         try:
@@ -135,6 +136,7 @@ class EnipPort:
         self._listener.drop(connection)
 
     def _take_datagrams(self, udp_socket: socket.socket, advance: Callable[[], None]) -> None:
+        """Receive waiting class 1 packets on the I/O socket; answer List Identity on the other socket."""
         for _ in range(DATAGRAMS_MAX):
             try:
                 data, sender = udp_socket.recvfrom(DATAGRAM_BYTES_MAX)
@@ -147,7 +149,8 @@ class EnipPort:
             elif len(data) == HEAD.size and int.from_bytes(data[:2], "little") == LIST_IDENTITY:
                 session = DriveSession(self.adapter, self._address, self._port, self.io_port, "")
                 with suppress(OSError):
-                    reply = session.reply(Frame(LIST_IDENTITY, 0, data[12:20], b""), NO_TAGS)
+                    context = data[12:20]  # the sender's; the reply returns it
+                    reply = session.reply(Frame(LIST_IDENTITY, 0, context, b""), NO_TAGS)
                     udp_socket.sendto(reply, sender)
 
     def produce(self, advance: Callable[[], None]) -> None:
@@ -208,6 +211,7 @@ class DriveServer(Server):
 
     @override
     def step(self, longest_s: float) -> None:
+        """Wait for traffic up to a time, s, or until a packet is due; answer, and advance the drives."""
         wake_ns = None if self._enip is None else self._enip.adapter.wake_ns
         if wake_ns is not None:
             longest_s = min(longest_s, max(0, wake_ns - wall_ns()) / NS_PER_S)

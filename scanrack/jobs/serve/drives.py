@@ -89,6 +89,7 @@ class DriveService(LineService):
     def server(
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
     ) -> tuple[Server, str]:
+        """Open the requested ports; return their server, and their addresses for clients."""
         if choice.tcp is None and choice.ethernet_ip is None:
             raise ValueError(f"{self.model.name}: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both")
         selector, self._tap = selectors.DefaultSelector(), LineTap(clock, listener)
@@ -105,7 +106,7 @@ class DriveService(LineService):
                     raise ValueError(f"--ethernet-ip: {problem}")
                 address = socket_address(choice.ethernet_ip, "--ethernet-ip")
                 enip = EnipPort(self._adapter, address, choice.io_port, selector, self._tap)
-            opened.pop_all()
+            opened.pop_all()  # keep the ports open, since none has failed
         names = [] if modbus is None else [modbus.name]
         if enip is not None:
             names.append(f"{enip.name} EtherNet/IP, UDP {enip.io_port}")
@@ -125,6 +126,7 @@ class DriveService(LineService):
         return reply
 
     def _unit(self, number: int, drive: DriveUnit) -> ServedUnit:
+        """Return an axis as a unit, with functions that read its state and set its inputs."""
         wired = drive.machine.spec.fed_inputs
         return ServedUnit(
             address=number,

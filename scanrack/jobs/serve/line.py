@@ -105,6 +105,7 @@ class ServedLine(LineService):
         self._timed = timed
         self._is_direct = not (timed or faulty)  # without faults, times and a gateway
         self._gateway_ns = exact_ns(gateway_ms, "ms", "--gateway-ms")
+        # by address; used on the line unless it is direct
         self._faulty = {unit.address: self._with_faults(unit) for unit in units}
         self.device = self._line()
 
@@ -132,6 +133,7 @@ class ServedLine(LineService):
     def server(
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
     ) -> tuple[Server, str]:
+        """Open the only requested port; return its server and the address for clients."""
         if [choice.pty, choice.serial is not None, choice.tcp is not None].count(True) != 1:
             raise ValueError("use one of --pty, --serial DEVICE and --tcp HOST:PORT")
         if choice.serial is not None and self._timed:
@@ -147,8 +149,10 @@ class ServedLine(LineService):
     def _modbus_server(
         self, modbus: ModbusTcpPort, clock: Clock, listener: LineListener | None
     ) -> tuple[Server, str]:
+        """Return a Modbus TCP server, direct or with a gateway to the line, and the address for clients."""
         if self._is_direct:
             return PduServer(self.device, answering(self._line_units), modbus, clock, listener), modbus.name
+        # a single unit receives all requests, whatever their unit identifier
         only_address = self.units[0].address if len(self.units) == 1 else None
         gateway: Gateway[Client] = Gateway(
             self.device,
@@ -163,6 +167,7 @@ class ServedLine(LineService):
         return FaultInjector(device, (lambda: device.turnaround_ns) if self._timed else lambda: 0)
 
     def _line(self) -> Device:
+        """Return the units as one device: on a timed line, alone, or on a bus."""
         devices: Sequence[Device] = list(self._faulty.values())
         if self._is_direct:
             devices = [unit.device for unit in self._line_units]
@@ -199,6 +204,7 @@ def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
         return lambda _unit, pdu: only_answer(pdu)
 
     def pass_on(unit: int, pdu: bytes) -> bytes | None:
+        """Pass a request to its unit, or a broadcast to all; return the reply, None if there is none."""
         if unit == BROADCAST:
             for answer in answers.values():
                 answer(pdu)

@@ -120,6 +120,7 @@ def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
 
 
 def _on_machine(unit: Unit, file: Path) -> Unit:
+    """Return a unit with the machine of a rack file; raise ValueError if its settings can't be used."""
     try:
         plant = _plant(unit.device, file)
     except SettingError as error:
@@ -130,6 +131,7 @@ def _on_machine(unit: Unit, file: Path) -> Unit:
 
 
 def _plant(device: ControllerDevice, file: Path) -> Plant:
+    """Return a controller with the machine of its adapter's slot, or else of a 3601's slot."""
     if isinstance(device, Pcl601):
         slot = slot_in(file, "pcl601-adapter", "amci3601")
         options = Pcl601Options.of(slot.options) if slot.module == "pcl601-adapter" else BARE

@@ -80,10 +80,14 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         with ExitStack() as lock, naming(path, beside(target, "lock")):
             lock.enter_context(held(target))
             self.records = self._read()
-            self._lock = lock.pop_all()
+            self._lock = lock.pop_all()  # held until the end, unless reading has failed
         self._readers: Sequence[Callable[[], UnitMemory]] = ()
 
     def _read(self) -> tuple[UnitMemory, ...]:
+        """Return the contents of the file; empty if it is missing or empty.
+
+        Raise ValueError if it is damaged.
+        """
         if not self.path.exists() or not self.path.stat().st_size:
             return ()
         try:
@@ -155,6 +159,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
 
 
 def _restore(memory: UnitMemory, device: ControllerDevice) -> None:
+    """Restore the memory of a controller."""
     if isinstance(memory, Pcl601Memory):
         assert isinstance(device, Pcl601)
         memory.restore(device)
@@ -165,6 +170,7 @@ def _restore(memory: UnitMemory, device: ControllerDevice) -> None:
 
 
 def _reader(device: ControllerDevice) -> Callable[[], UnitMemory]:
+    """Return a function that reads a controller's memory."""
     if isinstance(device, Pcl601):
         return Pcl601MemoryReader(device).read
     assert isinstance(device, Pmc006)

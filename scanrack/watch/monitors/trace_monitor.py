@@ -209,7 +209,7 @@ class TraceMonitor(Monitor):
         if name not in ACTIONS:
             raise ValueError(f"no action {str(name)[:60]!r}")
         if name != NAMES[Branch]:
-            raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
+            raise ValueError("this is a recording: it accepts no actions; branch from one of its scans")
         branch = action_of({key: value for key, value in message.items() if key != "id"})
         assert isinstance(branch, Branch)
         if branch.scan > self._last + 1:

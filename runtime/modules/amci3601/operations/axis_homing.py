@@ -57,6 +57,7 @@ class HomingByAxis(Homing):
 
     @override
     def _begin_back(self, now_ns: int) -> None:
+        """Turn back: search for the switch if it is still ahead, otherwise leave it at starting speed."""
         self.phase = HomingPhase.BACK
         self._signal_was_on = self._signal
         if self._searches_on_way_back:
@@ -71,6 +72,7 @@ class HomingByAxis(Homing):
 
     @override
     def _begin_creep(self, now_ns: int) -> None:
+        """Search in the commanded direction, at starting speed if an end limit has reversed the search."""
         if self.reversed:
             self.phase = HomingPhase.CREEP
             self._search(now_ns, self.direction, self._slow_profile)
@@ -162,6 +164,7 @@ class HomingSlowedByProximity(Homing):
 
     @override
     def _continue_final(self, now_ns: int, home_risen: bool) -> None:
+        """Wait until the axis is at rest; give up if it has not stopped on the home switch."""
         if self.axis.moving:
             return
         self.found = self._at_switch

@@ -51,7 +51,7 @@ class BlendBlock:
         session.acknowledged = True
         session.blocks += 1
         if session.blocks == 1:
-            session.is_good = not self.host.unable(self.now_ns, Feature.BLEND, self.command)
+            session.is_good = not self.host.refuse_if_unable(self.now_ns, Feature.BLEND, self.command)
             self._read_header()
         elif session.is_good and not session.complete:
             self._read_segment()
@@ -63,10 +63,12 @@ class BlendBlock:
     # -- the first block ----------------------------------------------------------------------
 
     def _read_header(self) -> None:
+        """Read the number of segments, their shapes and the final ramp; refuse what breaks a rule."""
         words, session, options = self.command.words, self.session, self.host.options
         session.announced = words[2]
         if not SEGMENTS_MIN <= session.announced <= SEGMENTS_MAX:
             self._refuse("PRF-04")
+        # two bits per segment, beginning with the lowest bits of word 4
         type_bits = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
         codes = [type_bits >> 2 * index & 0b11 for index in range(SEGMENTS_MAX)]
         session.types = [SHAPES[code] for code in codes]
@@ -77,6 +79,7 @@ class BlendBlock:
         self._read_final_deceleration(words[5] & 0xFFFF)
 
     def _read_final_deceleration(self, word: int) -> None:
+        """Read the shape (bits 14 and 15) and the rate of the final ramp; refuse what breaks a rule."""
         code, deceleration = word >> 14, word & 0x3FFF
         if deceleration == 0:
             self._refuse("PRF-07")
@@ -88,13 +91,14 @@ class BlendBlock:
     # -- segment blocks -----------------------------------------------------------------------
 
     def _read_segment(self) -> None:
+        """Add a segment to the profile; refuse it if it breaks a rule or is shorter than its ramps."""
         command, session = self.command, self.session
         faults = self._segment_faults()
         if faults:
             session.is_good = False
             self.host.fire_all(self.now_ns, faults)
             return
-        if self.host.unable(self.now_ns, Feature.BLEND_SEGMENT, command):
+        if self.host.refuse_if_unable(self.now_ns, Feature.BLEND_SEGMENT, command):
             session.is_good = False
             return
         speed, rate = command.parameters.speed, command.words[6]
@@ -113,13 +117,14 @@ class BlendBlock:
         is_length = is_legal_pair(length_msw, length_lsw) and (length_msw, length_lsw) != (0, 0)
         length = join_thousands(length_msw, length_lsw) if is_length and not is_negative else 0
         uses_reserved_word = self.host.options.blend_reserved_words_checked and command.words[7] != 0
+        _, speed_before, _, _ = segments[-1] if segments else (0, None, 0, None)
         rows = (
             (uses_reserved_word, BrokenRule("PRF-02", alone=True)),
             (is_negative, BrokenRule("BLD-21")),
             (not is_length, BrokenRule("BLD-22")),
             (not limits.takes_speed(speed), BrokenRule("PRF-02")),
             (speed is not None and speed < self.host.state.start_sps, BrokenRule("CMD-05")),
-            (bool(segments) and speed == segments[-1][1], BrokenRule("PRF-06")),
+            (speed_before is not None and speed == speed_before, BrokenRule("PRF-06")),
             (not limits.takes_rate(command.words[6]), BrokenRule("BLD-18")),
             (length > 0 and self.session.too_long_with(length), BrokenRule("BLD-19")),
         )

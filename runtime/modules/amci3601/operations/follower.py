@@ -25,7 +25,7 @@ from ..amci3601_capabilities import Feature
 from ..command_words import CommandWords
 from ..latches import STOPPED
 from ..operation import Host, Limits, Operation
-from ..refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS, refused
+from ..refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS, refuse_if_broken
 from .manual_move import MANUAL_BIT
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value
@@ -79,7 +79,7 @@ class EncoderFollower(Operation):
             self._leave(now_ns, command)
             return
         sense = next((sense for sense, bit in MANUAL_BIT.items() if command.msw & bit), 0)
-        self.is_left = refused(self.host, now_ns, command, FOLLOWER_WORDS)
+        self.is_left = refuse_if_broken(self.host, now_ns, command, FOLLOWER_WORDS)
         if not self.is_left and sense * self.sense < 0:
             self.host.fire(now_ns, "CMD-33")
             self.is_left = True
@@ -116,7 +116,7 @@ class EncoderFollower(Operation):
 
     @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """Add the counts of the scan, and make its steps."""
+        """Add the new counts, times word 2 and divided by word 3, to the owed steps; make due steps."""
         counts = self.axis.encoder
         new_counts = counts - self._last_count
         self._last_count = counts
@@ -197,6 +197,8 @@ def obey_follower(host: Host, now_ns: int, command: CommandWords, previous: Comm
     has_risen = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
     if not has_risen or host.state.locked:
         return False
-    if not refused(host, now_ns, command, FOLLOWER) and not host.unable(now_ns, Feature.FOLLOWER, command):
+    if refuse_if_broken(host, now_ns, command, FOLLOWER):
+        return True
+    if not host.refuse_if_unable(now_ns, Feature.FOLLOWER, command):
         host.accept(EncoderFollower(host, now_ns, command))
     return True

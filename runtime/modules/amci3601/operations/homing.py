@@ -48,7 +48,7 @@ DWELL_NS = 2_000_000_000
 
 
 class HomingPhase(Enum):
-    """HomingPhase of a search."""
+    """A phase of a search; see the table at the beginning of this file."""
 
     SEEK = "seek"
     FINAL = "final"
@@ -83,8 +83,8 @@ class Homing(Operation):
         self.found = False
         self._dwell_until_ns = 0
         self._after_dwell: Callable[[int], None] = self._begin_back
-        self._signal_was_on = False
-        self._home_before = bool(host.state.active & HOME)
+        self._signal_was_on = False  # whether phase BACK has seen the signal
+        self._home_before = bool(host.state.active & HOME)  # the home switch at the last tick
 
     # -- signals ------------------------------------------------------------------------------
 
@@ -208,6 +208,7 @@ class Homing(Operation):
             self._after_ramp(now_ns)
 
     def _continue_seek(self, now_ns: int) -> None:
+        """When the signal is on, ramp down before BACK; with more than a home switch, begin FINAL."""
         if not self._signal:
             return
         if self._has_switch_only:

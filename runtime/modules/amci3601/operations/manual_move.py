@@ -67,6 +67,7 @@ class ManualMove(Operation):
             self._change_speed(now_ns, command)
 
     def _change_speed(self, now_ns: int, command: CommandWords) -> None:
+        """Obey the speed and rates in the words; if the motion can't change to them, report it and stop."""
         if self.is_constant_speed:
             self.host.fire(now_ns, "CMD-13")
             self.stopping = True
@@ -74,7 +75,7 @@ class ManualMove(Operation):
         elif speed_or_rates_out_of_range(self.host, command):
             self.host.fire(now_ns, "CMD-15")
             self._stop(now_ns)
-        elif self.host.unable(now_ns, Feature.SPEED_CHANGE, command):
+        elif self.host.refuse_if_unable(now_ns, Feature.SPEED_CHANGE, command):
             self._stop(now_ns)
         else:
             self.profile = command.profile(self.state.start_sps)

@@ -38,7 +38,7 @@ class ProfileMove(Operation):
     @override
     def on_hold(self, now_ns: int) -> None:
         """Ramp down into the hold state, unless the axis is already stopping."""
-        if not self.host.unable(now_ns, Feature.HOLD, self.state.command):
+        if not self.host.refuse_if_unable(now_ns, Feature.HOLD, self.state.command):
             self._hold(now_ns)
 
     @override

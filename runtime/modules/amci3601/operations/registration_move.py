@@ -65,7 +65,7 @@ class RegistrationMove(ManualMove):
             self._fault(now_ns, "CMD-28")
         elif self.is_constant_speed or speed_or_rates_out_of_range(self.host, command):
             super()._change_speed(now_ns, command)
-        elif self.host.unable(now_ns, Feature.SPEED_CHANGE, command):
+        elif self.host.refuse_if_unable(now_ns, Feature.SPEED_CHANGE, command):
             self._stop(now_ns)
         else:
             assert speed is not None
@@ -80,6 +80,7 @@ class RegistrationMove(ManualMove):
             self._register(now_ns)
 
     def _register(self, now_ns: int) -> None:
+        """Plan the exact end of the move, once and only after the minimum distance."""
         if self.stopping or self.registered or self._below_minimum:
             return
         self.registered = True

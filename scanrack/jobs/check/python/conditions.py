@@ -59,7 +59,7 @@ def is_plain(node: ast.expr) -> bool:
 
 
 def condition(node: ast.expr, names: ConditionNames) -> Condition:
-    """Return an expression as a condition."""
+    """Return an expression as a condition: a name is a bit, and what can't be read is unknown."""
     match node:
         case ast.Constant(value):
             return FixedTruth(bool(value))

@@ -191,6 +191,7 @@ class _Tables:
         return [node for node in subscripts if self._is_table(node.value)]
 
     def _is_table(self, node: ast.expr) -> bool:
+        """Return whether a name or attribute always stands for a list or a tuple."""
         if isinstance(node, ast.Name):
             is_row = isinstance(self._reader.names.get(node.id), list | tuple)
             return is_row and node.id not in self._reader.local

@@ -128,6 +128,7 @@ class Options:
     # --- names and tables
 
     def _name(self, name: str, names: Names, depth: int) -> Choices:
+        """Return the options of a local name, or the value of a global name that nothing changes."""
         if name in names:
             choices = names[name]
             if choices is None:
@@ -151,6 +152,7 @@ class Options:
         return self.evaluate(node.body if results.pop() else node.orelse, names, depth)
 
     def _element(self, node: ast.Subscript, names: Names, depth: int) -> Choices:
+        """Return the elements of a table for each option of the index, or all if the index is unknown."""
         table = self.evaluate(node.value, names, depth)
         try:
             index = self.evaluate(node.slice, names, depth)
@@ -169,6 +171,7 @@ class Options:
         return Choices(tuple(value for _, value in pairs), ast.unparse(node), names)
 
     def _attribute(self, node: ast.Attribute, names: Names, depth: int) -> Choices:
+        """Return what the text assigns to an attribute, or its value in the program, a class or object."""
         text = ast.unparse(node)
         if text in self._stored:
             return self._assigned(text, depth)
@@ -199,6 +202,7 @@ class Options:
     # --- calls
 
     def _call(self, call: ast.Call, names: Names, depth: int) -> Choices:
+        """Return the results of a call of a helper, a pure function or `to_image`, for each option."""
         if unpacks(call):
             raise UnknownError
         nodes = [*call.args, *(keyword.value for keyword in call.keywords)]
@@ -249,6 +253,7 @@ class Options:
     def _run_body(
         self, body: Sequence[ast.stmt], local: dict[str, ast.expr | Choices | None], depth: int
     ) -> None:
+        """Interpret statements; raise _ReturnedError at `return`, UnknownError at any other kind."""
         for node in body:
             match node:
                 case ast.Return(value=ast.expr() as value):
@@ -272,6 +277,7 @@ class Options:
 
     @staticmethod
     def _bind(target: ast.expr, value: Any, local: dict[str, ast.expr | Choices | None]) -> None:
+        """Give a name its value, or each name of a tuple its part."""
         targets = target.elts if isinstance(target, ast.Tuple) else [target]
         values = value if isinstance(target, ast.Tuple) else [value]
         for element, part in zip(targets, values, strict=True):
@@ -301,6 +307,7 @@ def _unchanging(value: Any) -> Any:
 
 
 def _is_unchanging(value: Any) -> bool:
+    """Whether nothing can change a value: a plain value, a class, or a frozen object."""
     if isinstance(value, tuple):
         return all(map(_is_unchanging, value))
     if isinstance(value, (*PLAIN, type)) or type(value).__module__.startswith("scanrack.io_images"):

@@ -41,6 +41,7 @@ class Flow:
     # --- conditions and lines
 
     def _body(self, body: Sequence[ast.stmt], reached: Condition) -> None:
+        """Note the mistakes in statements reached under a condition, and the first unreachable one."""
         for index, statement in enumerate(body):
             self._statement(statement, reached)
             if index + 1 < len(body) and _never_ends(statement):
@@ -51,6 +52,10 @@ class Flow:
                 reached = _both(reached, negated(condition(statement.test, self._names)))
 
     def _statement(self, node: ast.stmt, reached: Condition) -> None:
+        """Note the mistakes in a statement and its bodies.
+
+        Values get new names where they may have changed.
+        """
         match node:
             case ast.If(test, body, orelse):
                 tested = self._test(test, reached)

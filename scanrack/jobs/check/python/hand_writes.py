@@ -53,6 +53,7 @@ class HandWrites:
     # --- writes
 
     def _assigned(self, target: ast.expr, value: ast.expr, place: WalkPlace) -> Iterator[WordWrite]:
+        """Yield the writes of an assignment to output words; bind a local name to its new value instead."""
         if isinstance(target, ast.Tuple | ast.List):
             parts = self._walk.local.parts(value, len(target.elts))
             for element, part in zip(target.elts, parts, strict=True):
@@ -65,7 +66,10 @@ class HandWrites:
             self._walk.local.bind(target, value)
 
     def _changed(self, node: ast.AugAssign, place: WalkPlace) -> Iterator[WordWrite]:
-        """Yield a write of bits, such as `outputs[0] |= 1` or `outputs[0] &= ~1`."""
+        """Yield a write of bits, such as `outputs[0] |= 1` or `outputs[0] &= ~1`.
+
+        The value of a local name becomes unknown.
+        """
         target = node.target
         if isinstance(target, ast.Name):
             self._walk.local.forget(target.id)
@@ -76,7 +80,7 @@ class HandWrites:
         sets = mask & UNSIGNED_MAX if mask is not None and isinstance(node.op, ast.BitOr) else 0
         clears = ~mask & UNSIGNED_MAX if mask is not None and isinstance(node.op, ast.BitAnd) else 0
         if sets or clears:
-            yield self._bits(target, slot, word, sets, clears, place)
+            yield self._bits(target, slot, word, place, sets=sets, clears=clears)
         else:
             yield self._word(target, slot, word, UNKNOWN_CHOICES, place)
 
@@ -96,7 +100,10 @@ class HandWrites:
                     yield self._bit(call, slot, word, 1 << bit, value, place)
 
     def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: WalkPlace) -> Iterator[WordWrite]:
-        """Yield the writes that load a whole image."""
+        """Yield the writes that load a whole image.
+
+        Note the command if the command word is not constant.
+        """
         try:
             choices = self._walk.options.evaluate(self._walk.local.closed(image), {})
             images = [tuple(option) for option in choices.options if len(tuple(option)) == WORDS]
@@ -108,42 +115,49 @@ class HandWrites:
                 value = Choices(value.options[:1])
             yield self._word(call, slot, word, value, place)
             if word == 0 and len(value.options) != 1:
+                # the class of the command still shows its bits, although maybe not its direction
                 bits = bits_of(self._steps.kind(image))
-                self._note_action(call, slot, bits, ~bits & UNSIGNED_MAX, place)
+                self._note_action(call, slot, place, sets=bits, clears=~bits & UNSIGNED_MAX)
                 is_one_bit = bits & (bits - 1) == 0
-                yield self._bits(call, slot, 0, bits if is_one_bit else 0, 0, place)
+                yield self._bits(call, slot, 0, place, sets=bits if is_one_bit else 0, clears=0)
 
     def _bit(
         self, call: ast.Call, slot: int, word: int, mask: int, value: ast.expr, place: WalkPlace
     ) -> WordWrite:
-        """Return the write of an expression's value to a bit."""
+        """Return the write of an expression's value to a bit.
+
+        Note the condition that sets a command bit.
+        """
         free = self._walk.free(value)
         if free in (TRUE, FALSE):
             sets, clears = (mask, 0) if free == TRUE else (0, mask)
-            return self._bits(call, slot, word, sets, clears, place)
+            return self._bits(call, slot, word, place, sets=sets, clears=clears)
         if word == 0:
             line, reached = self._walk.reader.place(call), place.inside(free, free).free
             name = str(CommandMsw(mask).name)
             self.outputs.append(OutputWrite(line, name, f"{slot} {name}", reached, f"slot {slot}"))
         is_known = UNKNOWN not in leaves(free)
         condition = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
-        return self._bits(call, slot, word, mask, mask, place.inside(condition, free))
+        return self._bits(call, slot, word, place.inside(condition, free), sets=mask, clears=mask)
 
     def _word(self, node: ast.expr, slot: int, word: int, value: Choices, place: WalkPlace) -> WordWrite:
+        """Return the write of a whole word; note the command in a constant command word."""
         if word or len(value.options) != 1:
-            return self._write(node, slot, word, value, 0, UNSIGNED_MAX, place)
-        bits = value.options[0] & UNSIGNED_MAX
-        self._note_action(node, slot, bits, ~bits & UNSIGNED_MAX, place)
-        return self._write(node, slot, word, value, bits, ~bits & UNSIGNED_MAX, place)
+            return self._write(node, slot, word, place, value=value, sets=0, clears=UNSIGNED_MAX)
+        sets = value.options[0] & UNSIGNED_MAX
+        clears = ~sets & UNSIGNED_MAX
+        self._note_action(node, slot, place, sets=sets, clears=clears)
+        return self._write(node, slot, word, place, value=value, sets=sets, clears=clears)
 
     def _bits(
-        self, node: ast.expr, slot: int, word: int, sets: int, clears: int, place: WalkPlace
+        self, node: ast.expr, slot: int, word: int, place: WalkPlace, *, sets: int, clears: int
     ) -> WordWrite:
+        """Return the write of single bits; note the command bits among them."""
         if word == 0 and sets | clears:
-            self._note_action(node, slot, sets, clears, place)
-        return self._write(node, slot, word, None, sets, clears, place)
+            self._note_action(node, slot, place, sets=sets, clears=clears)
+        return self._write(node, slot, word, place, value=None, sets=sets, clears=clears)
 
-    def _note_action(self, node: ast.expr, slot: int, sets: int, clears: int, place: WalkPlace) -> None:
+    def _note_action(self, node: ast.expr, slot: int, place: WalkPlace, *, sets: int, clears: int) -> None:
         """Note a write of the command word."""
         self.actions += self._steps.commanding(node, place.when, f"slot {slot}", sets, clears)
 
@@ -152,14 +166,17 @@ class HandWrites:
         node: ast.expr,
         slot: int,
         word: int,
+        place: WalkPlace,
+        *,
         value: Choices | None,
         sets: int,
         clears: int,
-        place: WalkPlace,
     ) -> WordWrite:
         line, text = self._walk.reader.place(node), ast.unparse(node)
         steps = self._steps.in_steps(place.when)
-        return WordWrite(line, slot, word, value, sets, clears, place.when, steps, text)
+        return WordWrite(
+            line, slot, word, value=value, sets=sets, clears=clears, when=place.when, steps=steps, text=text
+        )
 
     # --- meaning of expressions
 

@@ -79,6 +79,10 @@ class Accesses:
                 place = replace(place, top=False)
 
     def _statement(self, node: ast.stmt, place: _Place) -> None:
+        """Note the accesses of a statement and its bodies.
+
+        The conditions around a `while` do not count inside it.
+        """
         inner = replace(place, top=False)
         match node:
             case ast.If(test=test):
@@ -109,6 +113,7 @@ class Accesses:
             self._body(body, inner)
 
     def _simple(self, node: ast.stmt, place: _Place) -> None:
+        """Note the accesses of a statement without bodies. Values get new names afterwards."""
         self._reads(node)
         if isinstance(node, ast.AugAssign):
             self._write(node.target, Touch.BOTH, replace(place, top=False))
@@ -126,6 +131,11 @@ class Accesses:
                 self._add(Access(name, "", Touch.READ, self._reader.place(attribute)))
 
     def _write(self, target: ast.expr, use: Touch, place: _Place, value: ast.expr | None = None) -> None:
+        """Note a write to a field or terminal; ignore other targets.
+
+        In `every_scan`, also note the condition that switches an output on, and count a write that every
+        run reaches as a default (COIL).
+        """
         name = field_of(target)
         if name not in self._facts.variables:
             return
@@ -148,7 +158,8 @@ class Accesses:
     def _with_plain_names(self, power: Condition) -> Condition:
         """Return a condition in which inputs have the prefix `INPUT`, and no name has its turn suffix."""
 
-        def plain_name(leaf: Condition) -> Condition:
+        def renamed(leaf: Condition) -> Condition:
+            """Return a bit under its plain name; any other leaf unchanged."""
             if not isinstance(leaf, Bit):
                 return leaf
             name = base_of(leaf.name).removeprefix("self.")
@@ -156,7 +167,7 @@ class Accesses:
             is_input = variable is not None and variable.role is Role.INPUT
             return Bit(f"{INPUT}{name}" if is_input else name, leaf.on)
 
-        return with_leaves(power, plain_name)
+        return with_leaves(power, renamed)
 
     def _add(self, access: Access) -> None:
         for owner in self._owners:

@@ -76,7 +76,11 @@ class Numbers:
     def choices(
         self, node: ast.expr, parameters: Mapping[str, tuple[Range, ...]] = NONE, depth: int = DEPTH
     ) -> tuple[Range, ...]:
-        """Return the range of each value that an expression can have."""
+        """Return the range of each value that an expression can have.
+
+        Try the arms of a conditional expression, a parameter, constants, assigned values, and a
+        calculation, in this order.
+        """
         if isinstance(node, ast.IfExp):
             body, orelse = (self.choices(arm, parameters, depth) for arm in (node.body, node.orelse))
             return (*body, *orelse)

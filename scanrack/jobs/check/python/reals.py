@@ -32,6 +32,7 @@ class _PythonReals:
     """Finds comparisons of calculated fractions in a text."""
 
     def __init__(self, tree: ast.Module) -> None:
+        """Collect the values assigned to each target, and the expressions that the text divides by."""
         self._attributes = _assigned(tree)
         self._divisors = {
             ast.unparse(node.right)

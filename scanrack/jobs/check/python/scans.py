@@ -36,7 +36,7 @@ class Scans:
         self._aliases = dict(_aliases(reader.tree))
         steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
         slots_used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
-        self._slot = slots_used[0] if len(slots_used) == 1 else None
+        self._slot = slots_used[0] if len(slots_used) == 1 else None  # the only 3601 that the text uses
 
     def note(self) -> None:
         """Note the mistakes and the commands in the text."""
@@ -210,6 +210,7 @@ def word_loss(value: ast.expr, number: Range) -> str:
 
 
 def _range(node: ast.expr) -> Range:
+    """Return the range of a literal number; ANY for any other expression."""
     try:
         value = ast.literal_eval(node)
     except (ValueError, TypeError):

@@ -91,6 +91,7 @@ class Scopes:
                 if isinstance(callee, ast.Name) or (owner and field_of(callee))
             }
         for function, _ in functions:
+            # `reached` contains the start only if a call leads back to it
             if function.name in reached([function.name], lambda name: calls.get(name, ())):
                 text = f"{function.name} calls itself, directly or through others"
                 self._reader.remark("recursion", function, text)

@@ -56,6 +56,10 @@ class SequenceSummaries:
         methods: methods of the class by name.
         axes: axes by name.
         locks: names of locks.
+        numbers: numbers in each file, by its path.
+
+    Attributes:
+        reached: by method, the sequences that reach it.
     """
 
     def __init__(
@@ -68,14 +72,13 @@ class SequenceSummaries:
     ) -> None:
         self._methods, self._axes, self._locks = methods, axes, locks
         self._numbers, self._facts = numbers, facts
-        self.reached: dict[str, set[str]] = {}  # by method: the sequences that reach it
+        self.reached: dict[str, set[str]] = {}
         self._taken: dict[str, dict[str, FileLine]] = {}  # by held lock: the locks taken then, with lines
         self._followed: set[int] = set()  # ids of the nodes of axes whose use is analyzed
         self._order = 0  # number of commands so far
         self._owner = ""  # the sequence that is followed now
-        self._pending: dict[
-            str, tuple[str, int]
-        ] = {}  # by axis: command that nothing awaits yet, and its line
+        # by axis: command that nothing awaits yet, and its line
+        self._pending: dict[str, tuple[str, int]] = {}
 
     def follow(self, sequence: str, owner: str) -> None:
         """Note the actions of a sequence, under the name of its owner."""
@@ -117,6 +120,10 @@ class SequenceSummaries:
                 place = replace(place, sure=False)
 
     def _statement(self, node: ast.stmt, place: _Position) -> None:
+        """Note the commands and locks of a statement.
+
+        Commands in a body that may not run are not sure to run.
+        """
         unsure = replace(place, sure=False)
         match node:
             case ast.If():
@@ -261,10 +268,10 @@ class SequenceSummaries:
         is_awaited: bool,
         same_wait: dict[str, str],
     ) -> None:
-        """Note a command to an axis.
+        """Note a command to an axis, and a command that it interrupts.
 
         Args:
-            same_wait: commands so far in the same wait, by axis.
+            same_wait: commands so far in the same wait, by axis. A command that ends by itself is added.
         """
         self._order += 1
         values = self._values(axis, kind, call, place)
@@ -274,13 +281,13 @@ class SequenceSummaries:
             self._axes[axis].slot,
             FileLine(place.file, call.lineno),
             f"{axis}.{kind}",
-            {name: joined(*ranges) for name, ranges in values.items()},
-            values,
-            self._order,
-            place.unit,
-            self._owner,
-            place.sure,
-            frozenset(place.locks),
+            values={name: joined(*ranges) for name, ranges in values.items()},
+            choices=values,
+            order=self._order,
+            unit=place.unit,
+            owner=self._owner,
+            sure=place.sure,
+            locks=frozenset(place.locks),
             segments=self._segments(call, place) if kind == "program_blend" else None,
         )
         self._facts.commands.append(command)

@@ -100,7 +100,7 @@ class _SequenceReader:
         """Note all facts of the class."""
         self._facts.reads_all = _uses_names(self._trees)
         self._facts.remarks["no-place"] += _misplaced(self._logic, self._spec, self._path)
-        if not self._facts.remarks["no-place"]:
+        if not self._facts.remarks["no-place"]:  # otherwise, the used bits are unknown
             self._facts.uses_bit = _uses_bit(self._logic, self._trees)
         for axis in self._axes.values():
             _note_axis(axis, self._path, self._facts)
@@ -113,7 +113,7 @@ class _SequenceReader:
         for variable in variables_of(self._logic, self._path, self._is_recorded):
             self._facts.variables[variable.name] = variable
             self._note_unnamed(variable)
-        owners = self._summaries()
+        owners = self._summaries()  # needs the variables
         self._unknown_attributes()
         if len(self._readers) == 1 and not self._facts.reads_all:
             self._of_one_file(self._readers[0])

@@ -67,11 +67,12 @@ class PythonSteps:
     def _action(
         self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
     ) -> StepAction:
+        """Return an action of a machine at a node, with the steps and signs that its condition contains."""
         parts = list(leaves(reached))
         ends = any(map(self._shows_end, parts))
         moves = any(isinstance(part, Bit) and part.on and _last(part.name) in MOVING for part in parts)
         steps, place = self._possible_steps(reached, machine), self._reader.place(node)
-        return StepAction(machine, steps, place, goes, ends, moves, when=reached)
+        return StepAction(machine, steps, place, goes=goes, ends=ends, moves=moves, when=reached)
 
     def _possible_steps(self, reached: Condition, machine: str) -> frozenset[Step] | None:
         """Return the steps in which a condition can be true; None for all."""

@@ -70,7 +70,7 @@ class Walk:
         self.names = ConditionNames()
         self.options = Options(reader, self.functions, self.values)
         self.local = LocalNames(self.options)
-        self.function: Function
+        self.function: Function  # set by `statements`
 
     @cached_property
     def values(self) -> Mapping[str, list[ast.expr]]:
@@ -100,6 +100,10 @@ class Walk:
                 place = place.outside(condition(node.test, self.names), self.free(node.test))
 
     def _statement(self, node: ast.stmt, place: WalkPlace) -> Iterator[Statement]:
+        """Yield the assignments and calls of a statement and its bodies.
+
+        Each case starts with the same names.
+        """
         match node:
             case ast.If():
                 yield from self._if(node, place)
@@ -120,6 +124,7 @@ class Walk:
                 yield from self._call(call, place)
 
     def _if(self, node: ast.If, place: WalkPlace) -> Iterator[Statement]:
+        """Yield the statements of both arms. A local name may have either arm's value afterwards."""
         tested, free = condition(node.test, self.names), self.free(node.test)
         names_before = self.local.copy()
         yield from self._body(node.body, place.inside(tested, free))

@@ -23,7 +23,7 @@ PROGRAM = "program_blend"
 
 
 def blends(subject: Subject) -> Iterator[Violation]:
-    """Find blend profiles that the module refuses."""
+    """Find blend profiles that the module refuses, because of their number of segments or a segment."""
     for command in subject.facts.commands:
         if command.kind != PROGRAM:
             continue
@@ -158,7 +158,8 @@ def _early_in_steps(facts: Facts, axis: str) -> EarlyRun | None:
         for action in actions:
             is_run = action.axis == axis and action.kind == "run_blend"
             if is_run and steps_before and action.steps is not None and action.steps <= steps_before:
-                return action.place, action.text, programs[0][1].line
+                _, programming_line = programs[0]
+                return action.place, action.text, programming_line.line
     return None
 
 

@@ -12,7 +12,11 @@ from .motion import ENDING, MOTIONS
 
 
 class _Machine:
-    """The steps of a program, as far as they concern one axis."""
+    """The steps of a program, as far as they concern one axis.
+
+    Attributes:
+        motions: the motions of the axis that start in known steps.
+    """
 
     def __init__(self, actions: Sequence[StepAction], axis: str) -> None:
         self._changes = [change for change in actions if change.goes is not None and change.steps is not None]
@@ -77,6 +81,7 @@ def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepA
     """Return the first later motion that may start before this motion ends; None if there is none."""
 
     def onward(state: State) -> Iterator[State]:
+        """Yield the states after a step, without changes that wait for an end of motion."""
         step, is_cleared = state
         is_cleared = is_cleared or machine.clears(step, first.sets)
         for change in machine.changes_after(first, step):
@@ -121,6 +126,7 @@ class _Graph:
         self._changes = changes
         entered = dict.fromkeys(change.goes for change in changes if change.goes is not None)
         self._next_steps = {step: self._next_of(step) for step in entered}
+        # `reached` contains the start only if a change leads back to it
         self._has_cycle = any(
             step in reached([step], lambda start: self._next_steps.get(start, ())) for step in entered
         )
@@ -183,6 +189,7 @@ def _next_ignored(machine: _Machine, first: StepAction, start: Step) -> StepActi
     """Return the first later motion whose bit has stayed set although the previous motion has ended."""
 
     def onward(state: State) -> Iterator[State]:
+        """Yield the states after a step, unless this step or the next one clears the bits of the motion."""
         step, has_ended = state
         if machine.clears(step, first.sets):
             return

@@ -79,7 +79,7 @@ def _text(image: SentImage, words: tuple[int | None, ...], name: str, breach: Br
 
 
 def _values(words: tuple[int | None, ...], numbers: tuple[int, ...]) -> str:
-    """Return the values of words by their numbers, for a message; "" for command words."""
+    """Return the numbers and values of words as the end of a message; "" for command words."""
     values = " and ".join("?" if words[number] is None else str(words[number]) for number in numbers)
     if len(numbers) > 1:
         return f": words {numbers[0]} and {numbers[1]} are {values}"

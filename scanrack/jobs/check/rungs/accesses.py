@@ -41,11 +41,15 @@ class Variables:
         self.by_key: dict[str, Variable] = {name: self._tag(tag) for name, tag in view.tags.items()}
 
     def _tag(self, tag: Tag) -> Variable:
+        """Return the variable of a tag.
+
+        Tags that may be used from outside the program count as shown to people.
+        """
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
         is_open = self._view.path.suffix in OPEN  # Python or an operator panel may use any tag
         shown = is_open or self._view.is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
         place, is_set = self._view.declaration(tag.name), tag.initial is not None
-        return Variable(tag.name, place, role, tag.type.name, is_set, shown)
+        return Variable(tag.name, place, role, tag.type.name, set=is_set, shown=shown)
 
     def key(self, mention: Mention) -> str:
         """Return the key of an operand's variable; "" for add-on members that the caller may write."""

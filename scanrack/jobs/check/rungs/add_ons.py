@@ -21,7 +21,10 @@ OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 
 
 def note_add_ons(view: LadderView, facts: Facts) -> None:
-    """Note local tags and outputs of add-on instructions that are read but never written."""
+    """Note local tags and outputs of add-on instructions that are read but never written.
+
+    Note timers and counters whose result is read but that nothing runs.
+    """
     owned = {
         (add_on.name.upper(), tag.name.upper()): tag
         for add_on in view.add_ons

@@ -94,7 +94,12 @@ def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
 def commands_of(
     calls: Iterable[BlockCall], slots: Mapping[str, int], values: Values, owners: Mapping[str, str]
 ) -> Iterator[Command]:
-    """Yield the commands of motion blocks."""
+    """Yield the commands of motion blocks.
+
+    Args:
+        slots: slots of axes, by the tag of the axis in capitals.
+        owners: the task of each program, by its name in capitals.
+    """
     for call in calls:
         if call.call.name not in METHODS:
             continue
@@ -107,11 +112,11 @@ def commands_of(
             slots.get(call.axis),
             call.place,
             f"{call.call.name} {call.call.instance.text}",
-            {name: values.range_of(source) for name, source in sources.items()},
-            {name: _choices(source, values) for name, source in sources.items()},
-            call.order,
-            unit,
-            owners.get(program_of(unit).upper(), ""),
+            values={name: values.range_of(source) for name, source in sources.items()},
+            choices={name: _choices(source, values) for name, source in sources.items()},
+            order=call.order,
+            unit=unit,
+            owner=owners.get(program_of(unit).upper(), ""),
             execute=_execute(call.call),
             segments=_segments(call.call, sources.get("segments"), values),
         )

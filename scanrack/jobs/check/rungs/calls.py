@@ -35,7 +35,7 @@ class RoutineCalls:
 
     def __init__(self, points: Sequence[Point]) -> None:
         self._points = points
-        self._calls: dict[str, list[Point]] = {}
+        self._calls: dict[str, list[Point]] = {}  # by called routine, in capitals
         for point in points:
             for operand in point.step.operands:
                 if isinstance(operand, Call):
@@ -87,9 +87,9 @@ class RoutineCalls:
             if isinstance(bit, Place):
                 yield point, key_of(bit)
 
-    def twice(self, facts: Facts) -> None:
+    def note_repeats(self, facts: Facts) -> None:
         """Note timers, blocks and similar instructions in a routine that runs twice in a scan."""
-        pairs: dict[str, tuple[Run, Run] | None] = {}
+        pairs: dict[str, tuple[Run, Run] | None] = {}  # by routine: two runs in the same scan
         for point in self._points:
             name = point.routine.name
             operand = _state_operand(point) if self.calls_to(name) else ""
@@ -138,8 +138,8 @@ def exclusive_repeats(
             for other in by_operand[_written_operand(point)]
             if other is not point
         )
-        has_pair = next(excluded, False)
-        if not has_pair or not all(excluded):
+        is_first_excluded = next(excluded, False)  # without a pair, the remark remains
+        if not is_first_excluded or not all(excluded):
             yield remark
 
 

@@ -109,7 +109,10 @@ class Conditions:
         self.names = RungConditionNames(self.places, self._timers)
 
     def decided(self, step: LoweredStep) -> Condition:
-        """Return the condition that an instruction tests."""
+        """Return the condition that an instruction tests; UNKNOWN if it is not analyzed.
+
+        An ONS gives every value a new name, so its condition equals no earlier condition.
+        """
         operands = step.operands
         if step.name in ("XIC", "XIO") and isinstance(operands[0], Place):
             return Bit(self.names.name_of(operands[0]), step.name == "XIC")
@@ -132,7 +135,7 @@ class Conditions:
         return UNKNOWN
 
     def condition(self, operand: Resolved) -> Condition:
-        """Return an expression as a condition."""
+        """Return an expression as a condition; UNKNOWN if it is not analyzed."""
         match operand:
             case Constant():
                 return FixedTruth(bool(operand.value))

@@ -45,6 +45,7 @@ def _problems(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]
 
 
 def _configuration_problems(operand: object, model: Model, words_of: WordsOf) -> Iterator[str]:
+    """Yield messages about a configuration that is too short or invalid; none if it is not constant."""
     words = words_of(operand, WORDS)
     if words is None and words_of(operand, 8) is not None:
         yield f"the configuration of an {model.title} has {WORDS} words: the array is shorter"
@@ -55,6 +56,7 @@ def _configuration_problems(operand: object, model: Model, words_of: WordsOf) ->
 
 
 def _lacks(block: str, model: Model) -> bool:
+    """Whether a drive model has no command that corresponds to a motion block."""
     if block == "MC_GEARIN":
         return True
     if block in ("MOVEREGISTRATION3601", "STOREMINIMUM3601"):

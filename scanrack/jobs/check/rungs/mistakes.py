@@ -134,7 +134,8 @@ class Mistakes:
             deciding = [leg for leg in legs if any(step.name != "NOP" for step in leg)]
             if not all(map(_decides, chain(*legs))) or not deciding:
                 continue
-            branch = f"the branch of {self._view.lowered.sites[deciding[0][0].site].instruction}"
+            first_step = deciding[0][0]
+            branch = f"the branch of {self._view.lowered.sites[first_step.site].instruction}"
             if len(deciding) < len(legs):
                 text = f"an empty leg shorts {branch}, which has no effect"
                 self._facts.remark("shorted-branch", place, text)
@@ -199,11 +200,13 @@ class Mistakes:
     # --- presets
 
     def _preset(self, point: Point) -> None:
+        """Note a preset of 0 or of only a few scans. Presets that the program writes are not judged."""
         group = group_of(point.step, WITH_PRESET)
         if group is None or group.frame or not is_fixed(group):
             return
         path = path_of(group)
         preset = None if self._values.is_written(f"{path}.PRE") else self._values.initial(group.member("PRE"))
+        # a counter whose DN is not read needs no preset
         only_counts = point.step.name in COUNTERS and f"{path}.DN" not in self._view.read
         if preset is not None and preset.most != 0:
             self._note_short_preset(point, group, preset)
@@ -298,6 +301,7 @@ def _value_name(part: Condition) -> str:
 
 
 def _parallels(nodes: tuple[Node, ...]) -> Iterator[Parallel]:
+    """Yield the branches among nodes, each followed by the branches inside it."""
     for node in nodes:
         if isinstance(node, Parallel):
             yield node

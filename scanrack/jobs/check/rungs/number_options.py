@@ -62,6 +62,7 @@ class OperandOptions:
         return UNKNOWN_CHOICES
 
     def _evaluate_place(self, place: Place, depth: int) -> Choices:
+        """Return the options of a number: elements of its constant table, or the values written to it."""
         path = path_of(place)
         if place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return UNKNOWN_CHOICES
@@ -78,7 +79,7 @@ class OperandOptions:
 
 
 def _joined(place: Place, written: Sequence[Choices]) -> Choices:
-    """Return the options of a number that can have any of the written values."""
+    """Return the options of a number that can have any of the written values, each option with a name."""
     options = [value for choices in written for value in choices.options][:MOST]
     names = [
         name for choices in written for name in choices.names or _names(place.leaf.path, choices.options)

@@ -102,19 +102,20 @@ class Values:
         self._written: dict[str, list[Resolved | None]] = {}  # by path, or by element with a fixed index
         self._elements: dict[str, set[str]] = {}  # the written elements of a path
         self._unknown: set[str] = set()  # paths and elements that also get unknown values
-        every = list(steps)
-        for step in every:
+        all_steps = list(steps)
+        for step in all_steps:
             target = target_of(step)
             if target is not None and target.bit is None and not target.frame:
                 element = _element(target)
                 self._written.setdefault(element, []).append(written_value(step))
                 self._elements.setdefault(path_of(target), set()).add(element)
+        # mentions cover all writes: those that are more than the known ones are of unknown values
         known_writes = {element: len(values) for element, values in self._written.items()}
         for mention in mentions:
             if mention.writes:
                 self._note_write(mention, known_writes)
         # ranges that are final, or that are being computed: the counts of FOR to begin with
-        self._ranges: dict[str, Range] = dict(_counts_of_for(every, list(counted)))
+        self._ranges: dict[str, Range] = dict(_counts_of_for(all_steps, list(counted)))
 
     def _note_write(self, mention: Mention, known_writes: dict[str, int]) -> None:
         """Note a write of unknown values.
@@ -218,6 +219,7 @@ class Values:
         return joined(*map(exactly, numbers)) if numbers else exactly(0)
 
     def _place_range(self, place: Place, depth: int) -> Range:
+        """Return the range of the values that a number can have; if unknown, the range of its type."""
         limits = type_range(place.type)
         path = path_of(place)
         if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:

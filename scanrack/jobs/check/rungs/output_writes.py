@@ -141,6 +141,10 @@ class WriteReader:
                 yield from self._line_writes(line, is_rung=routine.body is None)
 
     def _line_writes(self, line: LoweredLine, *, is_rung: bool) -> Iterator[Write]:
+        """Yield the writes of a rung or statement.
+
+        An operand that is passed to an add-on instruction by reference may clear the command word.
+        """
         place = self._view.place(line)
         for step in line.all_steps:
             for operand in written_by(step):
@@ -152,7 +156,8 @@ class WriteReader:
             for operand in _reference_arguments(step):
                 target = self.target(operand)
                 if target is not None:
-                    yield Write(place, target[0], 0, clears=UNSIGNED_MAX, known=False)
+                    slot, _ = target
+                    yield Write(place, slot, word=0, clears=UNSIGNED_MAX, known=False)
 
     def _is_staged_copy(self, step: LoweredStep, operand: object) -> bool:
         """Whether an instruction copies staged words to the module."""

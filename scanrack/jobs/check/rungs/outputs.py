@@ -39,7 +39,7 @@ class OutputBits:
 
     def __init__(self, view: LadderView) -> None:
         self._points, self._places, self._steppers = view.main, view.places, view.steppers
-        self._writers: dict[str, list[Point]] = {}
+        self._writers: dict[str, list[Point]] = {}  # by key of the bit that they write
         for point in self._points:
             bit = _bit_of(point)
             if bit is not None:

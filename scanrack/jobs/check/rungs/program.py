@@ -60,7 +60,7 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
     misordered(view, facts)
     called_twice(view.main, facts)
     shared(view, facts)
-    calls.twice(facts)
+    calls.note_repeats(facts)
     endless(view.routines, view.place, facts)
     return facts
 

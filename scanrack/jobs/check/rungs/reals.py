@@ -45,7 +45,8 @@ def note_reals(view: LadderView, facts: Facts) -> None:
     cards = ((slot.number, KINDS.get(slot.module)) for slot in view.spec.slot)
     analog = [number for number, kind in cards if kind is not None and kind.channels_in > 0]
     reals = _Reals(view.points, view.values)
-    timers = {path_of(timer) for point in view.points for timer in [group_of(point.step, TIMERS)] if timer}
+    groups = (group_of(point.step, TIMERS) for point in view.points)
+    timers = {path_of(timer) for timer in groups if timer is not None}
     for point in view.points:
         for left, relation, right in _comparisons(point.step):
             kind_of_value = _measured(left, right, timers, analog) if relation == "=" else ""
@@ -64,7 +65,8 @@ class _Reals:
     def __init__(self, points: Sequence[Point], values: Values) -> None:
         self._values = values
         self._divisors: set[str] = set()  # keys of numbers that the program divides by
-        self._calculated: set[tuple[str, str]] = set()  # results of instructions that are not operators
+        self._calculated: set[tuple[str, str]] = set()  # memory of results such as SCP's
+        # by memory in add-on instructions: the expressions written to it, None for an unknown value
         self._in_frames: dict[tuple[str, str], list[Resolved | None]] = {}
         for point in points:
             self._divisors.update(key_of(part) for part in divisors_of(point.step) if isinstance(part, Place))

@@ -49,7 +49,7 @@ class SentWords:
                 yield SentCommand(write.place, write.slot)
 
     def commands(self) -> Iterator[Command]:
-        """Yield the commands that are sent."""
+        """Yield the commands that are sent in copied constants, command words, and words of speeds."""
         for copy in self._copies:
             yield from _commands_of(copy)
         copied = {(copy.place, copy.slot) for copy in self._copies}
@@ -68,6 +68,7 @@ class SentWords:
         for line, place in self._view.lines:
             words_by_slot: dict[int, set[int]] = {}
             for step in line.all_steps:
+                # the target is the last operand; a COP has its length after it
                 operand = step.operands[-2 if step.name == "COP" else -1] if step.operands else None
                 slot, word = output_word(operand) or (-1, 0)
                 if slot not in self._slots:

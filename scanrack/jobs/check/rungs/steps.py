@@ -267,6 +267,7 @@ class Steps:
         return any(self._leaf_ends(leaf, depth) for leaf in leaves(condition))
 
     def _leaf_ends(self, part: Condition, depth: int) -> bool:
+        """Whether a part of a condition may show that a motion has ended or that time has passed."""
         match part:
             case FixedTruth():
                 return False

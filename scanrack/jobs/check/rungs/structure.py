@@ -149,6 +149,7 @@ def _called_by(line: LoweredLine) -> Iterator[str]:
 
 
 def _operands(routine: Routine) -> Iterator[Operand]:
+    """Yield all operands in the rungs and statements of a routine."""
     for rung in routine.rungs:
         for instruction in instructions_of(rung.series):
             yield from instruction.operands

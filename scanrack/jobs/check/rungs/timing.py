@@ -27,8 +27,8 @@ ENABLES = {"TONR": ("TIMERENABLE",), "RTOR": ("TIMERENABLE",), "CTUD": ("CUENABL
 
 
 def note_timing(view: LadderView, facts: Facts) -> None:
-    """Note timers that can't work as intended."""
-    targets = {
+    """Note timers and counters that can't work as intended, because of their presets or enable bits."""
+    targets = {  # paths that anything except the blocks themselves writes
         path_of(mention.where)
         for mention in view.mentions
         if mention.writes and (mention.step is None or mention.step.name not in ENABLES)

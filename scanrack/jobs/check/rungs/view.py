@@ -64,6 +64,7 @@ class LadderView:
     """
 
     def __init__(self, program: LadderLogic, path: Path, spec: RackSpec) -> None:
+        """Build the program, and collect its facts. Later attributes need the earlier ones."""
         self.program, self.path, self.spec = program, path, spec
         self.lowered = program.build()
         self.mentions = cross_reference(self.lowered).mentions
@@ -121,6 +122,7 @@ class LadderView:
         return any(fnmatch(f"{tag}.".upper(), f"{pattern}.") for pattern in patterns)
 
     def _owners(self) -> dict[str, str]:
+        """Return the task of each program, by name in capitals; empty if only one task has programs."""
         schedule = self.lowered.schedule
         tasks = [task for task in schedule.tasks if task.programs] if schedule is not None else []
         if len(tasks) < 2:

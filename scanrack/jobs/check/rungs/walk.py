@@ -147,9 +147,21 @@ class Walker:
         argument: bool = False,
         value: Condition = TRUE,
     ) -> Point:
+        """Return the point of an instruction, with its line, its text, and whether it is in a guard."""
         place, text = place_at(line.origin, self._file), self._lowered.sites[step.site].instruction
         guards = self._guards and not argument
-        return Point(self._routine, line, step, place, text, reached, own, argument, value, guards)
+        return Point(
+            self._routine,
+            line,
+            step,
+            place,
+            text,
+            condition=reached,
+            own=own,
+            argument=argument,
+            value=value,
+            guards=guards,
+        )
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
         """Note the copies of arguments, which also happen on a false rung."""
@@ -163,6 +175,7 @@ class Walker:
     # --- structured text
 
     def _body(self, body: Body, reached: Condition) -> None:
+        """Note the instructions in statements that are reached under a condition."""
         for statement in body:
             match statement:
                 case Act(line):
@@ -178,6 +191,7 @@ class Walker:
         return self._series(line, line.nodes, reached)
 
     def _arms(self, arms: Arms, reached: Condition) -> None:
+        """Note the arms of an IF. An arm is reached if its test is true and all earlier tests are false."""
         for line, body in arms.arms:
             tested = self._act(line, reached)
             names = self._conditions.names.copy()
@@ -189,6 +203,7 @@ class Walker:
             self._conditions.names.forget()
 
     def _selection(self, selection: Selection, reached: Condition) -> None:
+        """Note the choices of a CASE. A choice is reached if its labels match and no earlier ones do."""
         self._act(selection.line, reached)
         (step,) = selection.line.nodes
         assert isinstance(step, LoweredStep)
@@ -213,11 +228,13 @@ class Walker:
         self._guards = outer
 
     def _loop(self, loop: Loop, reached: Condition) -> None:
+        """Note a loop. Values get new names before its test and after its end."""
         if loop.start is not None:
             self._act(loop.start, reached)
         self._conditions.names.forget()  # an earlier pass may have changed the same values
         first_pass = self._first_pass(loop)
         tested = self._act(loop.test, all_of(reached, first_pass)) if loop.test is not None else TRUE
+        # the test of a FOR is noted for the first count only, so it does not limit the body
         self._body(loop.body, all_of(reached, tested) if loop.start is None else reached)
         for line in (loop.advance, loop.until):
             if line is not None:

@@ -84,7 +84,9 @@ def scenes_in(
     module = resumed.around(slot, Amci3601(firmware), exact_inputs=False)
     follower = module if isinstance(module, ResumedModule) else None
     until_next = captured and facts.get("words") != SAMPLED
-    scenes = _SceneFinder(recording, slot, follower, sampled, until_next, timing.lag_ns).scenes()
+    scenes = _SceneFinder(
+        recording, slot, follower, since_last=sampled, until_next=until_next, lag_ns=timing.lag_ns
+    ).scenes()
     notes = resumed.notes([] if scenes else [slot]) if follower else []
     if not scenes:
         scenes = [PlayedScene("all", note="the module is never configured, so its state is unknown")]
@@ -123,7 +125,10 @@ class _SceneFinder:
         self._scene: PlayedScene | None = None  # the current scene
 
     def scenes(self) -> list[PlayedScene]:
-        """Return the scenes, in order."""
+        """Return the scenes, in order.
+
+        A scene ends at a configuration, at a rest in a new position, or when the state becomes unknown.
+        """
         last_sent, is_known = ZERO, False
         for row, at_ns in enumerate(self._times):
             words = _words(self._outputs[row])
@@ -135,7 +140,8 @@ class _SceneFinder:
                 self._end()
             inputs = self._changed_inputs(read)
             sent = [Transmission(self._window(row), words)] if words != last_sent else []
-            if words[0] < 0 <= last_sent[0] and not self._is_refused(row):
+            begins_configuration = words[0] < 0 <= last_sent[0]  # MODE_CONFIG is the sign bit
+            if begins_configuration and not self._is_refused(row):
                 self._end()
                 self._scene = self._configured(row, read)
                 self._scene.moments += sent

@@ -100,6 +100,7 @@ class LogixPath:
     """
 
     def __init__(self, client: TagClient, tags: ModuleTags) -> None:
+        """Find the tags of the module's input words, and read the counter if there is one."""
         self._client, self._tags = client, tags
         self._inputs = f"Local:{tags.slot}:I.Data{{{WORDS}}}"
         self._outputs = f"Local:{tags.slot}:O.Data{{{WORDS}}}"

@@ -162,6 +162,7 @@ class EdgeAfterConfiguration(AlteredLayer):
     @override
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
         if self.state.in_configuration_mode and words[0] >= 0:
+            # count only MODE_CONFIG as already set, so that every other bit is an edge
             self.state.command = CommandWords((-32_768, 0, *self.state.command.words[2:]))
         super()._obey(now_ns, words)
 

@@ -99,11 +99,15 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
     A short scene can't tell several quantities apart. A quantity that explains the same scenes and others is
     more likely.
     """
-    explained: dict[str, set[int]] = {}
+    explained: dict[str, set[int]] = {}  # by quantity: the scenes that it explains
     for number, scales in enumerate(scenes):
         for scale in scales:
             explained.setdefault(scale.what, set()).add(number)
-    lesser = {what for what, own in explained.items() if any(own < more for more in explained.values())}
+    lesser = {
+        quantity
+        for quantity, explained_scenes in explained.items()
+        if any(explained_scenes < more_scenes for more_scenes in explained.values())
+    }
     return [[scale for scale in scales if scale.what not in lesser] for scales in scenes]
 
 

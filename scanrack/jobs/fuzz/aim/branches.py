@@ -39,6 +39,7 @@ def branches_noted() -> Iterator[None]:
 
 @lru_cache(maxsize=16)
 def _compiled(data: bytes, file: str) -> CodeType:
+    """Return the code of a file with a mark in each branch, and a global array of bytes for the marks."""
     tree = ast.parse(data, file)
     marks = _Marks()
     marks.visit(tree)

@@ -63,6 +63,7 @@ class Chooser:
         self._first_edges: Edges | None = None  # changes in the first run
         task_index, task_count = corpus.part
         operated = draws.contacts.operated if base is None and corpus.runs == 0 else []  # in the first round
+        # contacts that this search still has to hold: its share, if tasks run in parallel
         self._unheld_contacts = operated[task_index:MOST_HELD:task_count]
         self._held_contact: Contact | None = None  # the single contact of the latest scenario
         for contact in corpus.answered:
@@ -147,7 +148,10 @@ class Chooser:
             self._sweep.take(entry)
 
     def _variant(self, entry: Entry) -> Scenario:
-        """Return a random variant of an entry, see the module docstring."""
+        """Return a random variant of an entry, see the module docstring.
+
+        A large entry is shortened first.
+        """
         random, draws = self._random, self._draws
         draws.narrow()
         scenario, point = entry.scenario, random.choice(entry.points)

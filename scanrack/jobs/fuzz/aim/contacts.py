@@ -22,6 +22,7 @@ class Contacts:
     """The contacts of a rack with their weights. The object is false if there are no contacts."""
 
     def __init__(self, spec: RackSpec, kinds: Collection[Kind]) -> None:
+        """Add the contacts of machines and cards with their weights; none if inputs are not to be drawn."""
         self._weights: dict[Contact, int] = {}
         self._chosen: list[Contact] = []
         if Kind.INPUTS not in kinds:

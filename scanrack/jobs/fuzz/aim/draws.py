@@ -178,6 +178,7 @@ class Draws:
     def _all_events(self) -> list[MakePart]:
         """Functions that draw the possible events, each repeated by its weight."""
         rack, has_rungs = self._rack, len(self._rungs) > 1
+        # weight, kind, whether the rack has anything to act on (by its truth), and the function
         rows: tuple[tuple[int, Kind, object, MakePart], ...] = (
             (6, Kind.INPUTS, self.contacts, self._press),
             (2, Kind.INPUTS, rack.signals, self._signal),
@@ -476,6 +477,7 @@ class Draws:
         return replace(scenario, shifts=(shift,))
 
     def _with_lost_steps(self, scenario: Scenario) -> Scenario:
+        """Return a scenario in which an axis loses steps, half of the time at a position near the start."""
         random = self._random
         begin, end = (-20_000, 20_000) if random.random() < 0.5 else (-2_000, 4_000)
         position = random.randint(begin, end)

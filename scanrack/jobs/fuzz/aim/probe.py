@@ -69,7 +69,10 @@ class Probe(QuietListener):
         return logic
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
-        """Watch a rack and its logic; call this before the first scan."""
+        """Watch a rack and its logic, and clear the records of the previous run.
+
+        Call this before the first scan.
+        """
         self._slots = [  # with the numbers of recorded input and output words
             (slot, 2, 2) if may_be_stepper(slot.words) else (slot, len(slot.inputs), len(slot.outputs))
             for slot in rack.slots.values()
@@ -97,7 +100,7 @@ class Probe(QuietListener):
         self._is_fresh = [group != "path" for group, _ in self._readers]  # the notes are always the same list
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Record the differences from the previous scan."""
+        """Record what differs from the previous scan: words, the values of each reader, and branches."""
         memory = self._memory
         for index, (begin, end) in enumerate(self._image_ranges):
             if memory[begin:end] != self._last_images[index]:
@@ -125,7 +128,10 @@ class Probe(QuietListener):
         return blake2b(repr((conditions, words, kinds)).encode(), digest_size=16).digest()
 
     def _note_words(self, slot_index: int, scan: int) -> None:
-        """Record the words of a slot that have changed."""
+        """Record the words of a slot that have changed, one by one and together.
+
+        Changes of status bits are also recorded under the previous command.
+        """
         add = self.edges.add
         slot, input_count, output_count = self._slots[slot_index]
         inputs, outputs = tuple(slot.inputs.words), tuple(slot.outputs.words)
@@ -141,11 +147,12 @@ class Probe(QuietListener):
             if word < input_count and (changed_bits := (inputs[word] ^ inputs_before[word]) & 0xFFFF):
                 add("status", (slot_index, word, changed_bits), scan)
                 add(PAIR, (slot_index, word, changed_bits, outputs_before[0]), scan)
+        # only a 3601 has more input words than recorded ones; word 2 is the upper word of its position
         if input_count < len(inputs) and inputs[2] != inputs_before[2]:
             add("number", slot_index, scan)
 
     def _note(self, group: str, reader_index: int, values: Values, last_values: Values, scan: int) -> None:
-        """Record the values that have changed."""
+        """Record the values of a reader that have changed; for a flag, also the current steps."""
         add, steps = self.edges.add, None
         last_by_name: Mapping[Hashable, Hashable] = dict(_named(last_values))
         for name, value in _named(values):
@@ -160,6 +167,7 @@ class Probe(QuietListener):
                     add(UNDER, (reader_index, name, value, steps), scan)
 
     def _note_branches(self, scan: int) -> None:
+        """Record the branches of this scan unless they are the latest recorded ones, and clear them."""
         branches = self._branches
         if branches != self._last_branches:
             if not any(branches):
@@ -231,10 +239,12 @@ def _tags_reader(engine: Engine) -> Callable[[], Values]:
 
 
 def _tag_cells(engine: Engine) -> Iterator[CellType]:
+    """Yield the cells of flags and of integers outside structures; no arrays, images or system tags."""
     cells = engine.memory.cells
     for leaf in engine.lowered.layout.leaves.values():
-        counts = leaf.type.is_bool or (leaf.type.is_integer and "." not in leaf.path)
-        if counts and leaf.slot is None and not leaf.dims and not leaf.path.startswith(("S:", "~")):
+        is_state = leaf.type.is_bool or (leaf.type.is_integer and "." not in leaf.path)
+        is_tag = leaf.slot is None and not leaf.dims and not leaf.path.startswith(("S:", "~"))
+        if is_state and is_tag:
             cell = cells.get(leaf.ident)
             if cell is not None and cell.cell_contents.__class__ in (bool, int):
                 yield cell

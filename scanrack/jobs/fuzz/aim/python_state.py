@@ -68,6 +68,7 @@ class _FieldsReader:
         self._values: dict[Hashable, Hashable] = {}
 
     def __call__(self) -> dict[Hashable, Hashable]:
+        """Return the current plain values; the same dict as before if nothing has changed."""
         get, has_changed = self._module.get, False
         global_values = [*map(get, self._global_names)]
         last = self._last_globals

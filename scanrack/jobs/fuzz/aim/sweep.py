@@ -138,6 +138,7 @@ class Sweep:
                 yield ContactPress(number, name, at_ns, for_ns)
 
     def _faults_at(self, at_ns: int, for_ns: int) -> Iterator[InjectedFault]:
+        """Yield every fault of the allowed kinds at an instant, for each slot that can have it."""
         if Kind.MODE in self._kinds:
             yield InjectedFault(at_ns, FaultKind.PROGRAM_MODE, 0, for_ns)
         if Kind.LINK in self._kinds:

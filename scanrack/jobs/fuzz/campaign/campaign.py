@@ -159,6 +159,7 @@ class _TaskRunner:
         return self.pool.threads if isinstance(self.pool, OnCluster) else 1
 
     def _submit(self, task: Task) -> None:
+        """Submit a task with its time limits; raise CampaignError if its worker has died too often."""
         self.attempts[task.number] += 1
         if self.attempts[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")

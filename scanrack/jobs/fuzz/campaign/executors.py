@@ -39,6 +39,7 @@ class Processes(Executor):
     """Runs tasks in processes. Kills the processes at shutdown."""
 
     def __init__(self, jobs: int) -> None:
+        """Start the processes, and a thread for each of them that sends it the queued tasks."""
         self._queue: SimpleQueue[tuple[Future[Any], Call] | None] = SimpleQueue()  # None = stop a thread
         self._workers = [Worker() for _ in range(jobs)]
         self._threads = [Thread(target=self._serve, args=(worker,), daemon=True) for worker in self._workers]
@@ -76,6 +77,7 @@ class OnCluster(Executor):
     """Runs tasks on a Dask cluster. Disconnects at shutdown."""
 
     def __init__(self, client: Any, address: str, say: Say) -> None:
+        """Create an executor on the cluster, and a thread that reports when the cluster has no workers."""
         self._client = client
         self._address = address
         self._executor: Executor = client.get_executor(pure=False)
@@ -177,6 +179,7 @@ def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> C
 
 
 def _connect(address: str, say: Say) -> Executor:
+    """Return an executor on a Dask cluster; raise ValueError if Dask is missing or no scheduler answers."""
     try:
         from distributed import Client
     except ModuleNotFoundError:

@@ -35,7 +35,8 @@ class Memory:
         self.corpus, self.finds = (RecipeFolder(folder / name, origin) for name in (CORPUS, FINDS))
         for store in (self.corpus, self.finds):
             store.folder.mkdir(parents=True, exist_ok=True)
-        self._spec, self._report, self._ignored = spec, report, 0
+        self._spec, self._report = spec, report
+        self._ignored = 0  # number of ignored files
         self._own_files: set[str] = set()  # names of the campaign's files in the corpus folder
         self._not_rerun: frozenset[str] = frozenset()  # names of own files that have not been run again
 
@@ -82,6 +83,7 @@ class Memory:
                 yield file, recipe
 
     def _report_ignored(self, file: Path, reason: str) -> None:
+        """Report an ignored file. After `MOST_NAMED` files, say once that there are more."""
         self._ignored += 1
         if self._ignored <= MOST_NAMED:
             self._report(f"ignored: {file}: {reason}")

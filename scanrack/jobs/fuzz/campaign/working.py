@@ -32,7 +32,7 @@ class Work:
     finds: RecipeFolder | None = None
 
     def __call__(self, task: Task) -> SearchReport:
-        """Run a task's search."""
+        """Run a task's search; return its report with the processor time."""
         begin_ns, begin_wall_ns = _processor_ns(), wall_ns()
         bench = bench_of(self.setup)
         report = search(

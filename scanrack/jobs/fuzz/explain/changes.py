@@ -63,6 +63,7 @@ class _BitView(QuietListener):
             self._bits = self._read_bits()
 
     def _read_bits(self) -> Names:
+        """Return the status bits and the commands of each 3601 that are on now."""
         names = Names()
         for number, slot in self._slots.items():
             status_names = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])

@@ -92,8 +92,8 @@ def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozens
         return frozenset(
             f"{routine.name}: {lowered.sites[step.site].instruction}"
             for number, routine, line in own_lines(job.logic, lowered)
-            for step, on in zip(line.steps, tally.on.get(number, ()), strict=False)
-            if on
+            for step, was_on in zip(line.steps, tally.on.get(number, ()), strict=False)
+            if was_on
         )
     data, program = job.program.read_bytes(), job.program
     text = data.decode("utf-8", "replace").splitlines()

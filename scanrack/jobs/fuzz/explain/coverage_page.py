@@ -93,6 +93,7 @@ def _page(title: str, parts: Iterable[_Part]) -> str:
 
 
 def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
+    """Yield the lines of the page: its head, and each part as a heading, a text and a list."""
     yield f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
     yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
     yield f"<style>\n{STYLE}\n</style></head><body>\n<h1>{escape(title)}</h1>"

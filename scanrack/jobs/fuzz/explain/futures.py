@@ -117,8 +117,9 @@ def find_point_of_no_return(
 def _locate(bench: TrialBench, failure: Counterexample, futures: _Futures) -> PointOfNoReturn:
     """Search for the steepest rise by bisection with few futures per scan, then count with more futures."""
     failures_by_scan = {-1: futures.count_failing(-1, PILOT), failure.broken.scan: PILOT}
+    # if the pilot futures from power-up already fail often enough, all futures from there decide
     if failures_by_scan[-1] * FUTURES >= CLEAR * PILOT and (first := futures.count_failing(-1)) >= CLEAR:
-        return PointOfNoReturn(-1, 0, 0, 0, first, first)
+        return PointOfNoReturn(before=-1, scan=0, now_ns=0, few=0, many=first, first=first)
     before, scan = _steepest_rise(failures_by_scan)
     while scan - before > 1 and len(failures_by_scan) < MOST_SAMPLED:
         middle = (before + scan) // 2
@@ -128,7 +129,9 @@ def _locate(bench: TrialBench, failure: Counterexample, futures: _Futures) -> Po
     many = FUTURES if scan == failure.broken.scan else futures.count_failing(scan)
     first = few if many - few >= CLEAR else futures.count_failing(-1)
     changes = changes_in(bench, failure.scenario, scan)
-    return PointOfNoReturn(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
+    return PointOfNoReturn(
+        before, scan, now_ns=scan * bench.spec.scan_ns, few=few, many=many, first=first, changes=changes
+    )
 
 
 def _steepest_rise(failures_by_scan: dict[int, int]) -> tuple[int, int]:

@@ -73,6 +73,8 @@ def _block_axes(lowered: LoweredProgram) -> tuple[str, ...]:
 
 
 def _python_reader(axis: Axis3601) -> BusyReader:
+    """Return a reader of the command in progress on an axis object."""
+
     def read() -> BusyCommand | None:
         command = axis.commanded
         if command is None or not command.busy:
@@ -80,12 +82,14 @@ def _python_reader(axis: Axis3601) -> BusyReader:
         is_idle = axis.status.MODULE_OK and not axis.moving
         rests = is_idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
         limit_ns = _limit_ns(axis.trip_ns, is_homing=command.kind is HOME)
-        return BusyCommand(command, rests, axis.phase, limit_ns)
+        return BusyCommand(command, rests, phase=axis.phase, limit_ns=limit_ns)
 
     return read
 
 
 def _block_reader(tags: NamedTags, name: str) -> BusyReader:
+    """Return a reader of the command in progress on an axis of motion blocks, from the tags of the axis."""
+
     def read() -> BusyCommand | None:
         step = tags[f"{name}.Step"]
         if not step and tags[f"{name}.Ticket"] == tags[f"{name}.Taken"]:
@@ -95,7 +99,8 @@ def _block_reader(tags: NamedTags, name: str) -> BusyReader:
         is_idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
         rests = bool(is_idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
         limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], is_homing=kind == SEARCH)
-        return BusyCommand(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
+        text = f"{name}, kind {kind}, step {step}"
+        return BusyCommand(text, rests, phase=tags[f"{name}.Out[1]"], limit_ns=limit_ns)
 
     return read
 

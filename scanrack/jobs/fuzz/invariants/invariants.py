@@ -110,6 +110,7 @@ class _Eventually:
         self.applied = False
 
     def __call__(self, now: Snapshot) -> str | None:
+        """Start, stop or pause the clock; return a sentence if it exceeds the time limit, else None."""
         step_ns, self._last_ns = now.ns - self._last_ns, now.ns
         if evaluate(self._condition, now):
             self._start_ns = None

@@ -152,6 +152,7 @@ class ProgramState:
         self._namespaces = namespaces
 
     def __getattr__(self, name: str) -> Any:
+        """Return a value of the program; raise AttributeError with the public names if it has none."""
         for namespace in self._namespaces:
             if name in namespace:
                 return namespace[name]

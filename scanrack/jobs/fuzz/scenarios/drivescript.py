@@ -82,6 +82,7 @@ class DriveScript(QuietListener):
         self._scan_ms = spec.scan_ns / 1e6
         driven = {switch.input for switch in _driven_switches(slot.machine)}
         self.by_level = set_by_level(slot.machine)
+        # inputs that follow no switch on the bench, so the script sets their levels
         self._set_inputs = [bit for bit in InputBit if bit not in driven]
         self._fault_requests = _fault_requests(spec.incidents, slot.number, spec.scan_ns)
         self._requests: list[dict[str, Any]] = [{"new": _bench_table(spec, slot)}]
@@ -138,10 +139,13 @@ def _bench_table(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
 def _fault_requests(
     incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int
 ) -> dict[int, dict[str, Any]]:
-    """Return the requests for incidents of a slot and of the CPU, by scan."""
+    """Return the requests for incidents of a slot and of the CPU, by scan.
+
+    An incident without a duration lasts until the end of the run.
+    """
     requests: dict[int, dict[str, Any]] = defaultdict(dict)
     for incident in incidents:
-        scan = -(-incident.at_ns // scan_ns)
+        scan = -(-incident.at_ns // scan_ns)  # rounded up: the first scan that is not before it
         end_scan = -(-(incident.at_ns + incident.for_ns) // scan_ns)
         if incident.what is FaultKind.PROGRAM_MODE:
             requests[scan]["plc_mode"] = "program"

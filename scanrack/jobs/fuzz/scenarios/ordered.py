@@ -27,6 +27,7 @@ def with_orders(scenario: Scenario, orders: Sequence[RecordedOrder], spec: RackS
 
 
 def _incidents(orders: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[InjectedFault]:
+    """Yield the faults that the orders inject."""
     for scan, order in orders:
         if isinstance(order, InjectFault):
             yield InjectedFault(

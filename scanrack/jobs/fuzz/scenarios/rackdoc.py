@@ -138,6 +138,7 @@ def _plain_row(row: Mapping[str, object]) -> Table:
 
 
 def _incident_row(incident: InjectedFault) -> Table:
+    """Return the row of a fault in a rack file, with only the keys that its kind needs."""
     table: Table = {"at_ms": _ms(incident.at_ns), "what": incident.what.value}
     if incident.slot:
         table["slot"] = incident.slot

@@ -78,6 +78,10 @@ class TornScans(LogicWrapper):
 
     @override
     def __call__(self, scan: LogicScan) -> None:
+        """Run a scan.
+
+        A scan with a tear is interpreted, and exchanges the images before the rung of the tear.
+        """
         tear, engine = self._tears.get(scan.number), self._engine
         if tear is None or engine is None:
             self._logic(scan)

@@ -50,6 +50,7 @@ def described(scenario: Scenario) -> list[str]:
 
 
 def _conditions(scenario: Scenario) -> Iterator[str]:
+    """Yield a sentence for each condition that lasts for the whole run."""
     for slot, version in scenario.firmware:
         yield f"slot {slot} has firmware {version}"
     for shift in scenario.shifts:
@@ -75,6 +76,7 @@ def _turn(turn: Turn) -> str:
 
 
 def _incident(incident: InjectedFault) -> str:
+    """Return a sentence about a fault, with its slot, its late words or its state, and its duration."""
     numbers = ", ".join(map(str, incident.late_words))
     words = f"words {numbers} are" if len(incident.late_words) > 1 else f"word {numbers} is"
     replies = "the replies" if incident.for_ns else "a reply"
@@ -90,6 +92,7 @@ def _tear(tear: TornUpdate) -> str:
 
 
 def _order(order: Action) -> str:
+    """Return a sentence about an operator's order."""
     if isinstance(order, Unforce):
         return f"the force of {order.tag} is released"
     if isinstance(order, Mode):

@@ -122,7 +122,7 @@ class ServerAddress:
                 text = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
                 address = f"{self.protocol}:{join_address(*host_and_port)}"
                 raise ValueError(f"--server {address}: {text}: choose another port") from error
-            opened.pop_all()
+            opened.pop_all()  # do not close the sockets
         return sockets
 
 

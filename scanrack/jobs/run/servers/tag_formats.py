@@ -167,10 +167,11 @@ def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
 def _hmi_tag(row: TagRow, name: str) -> str:
     """Return a line: columns A to G are common to all tags; the others depend on the type or address."""
     limits = _LIMITS.get(row.type_name)
+    # string, digital or analog
     kind = "S" if row.type_name == "STRING" else "D" if limits is None else "A"
     cells: list[object] = [None] * _COLUMNS
     cells[:7] = kind, name, line_text(row.description), "F", "D", "*", "F"
-    if limits is not None:
+    if limits is not None:  # types, minimum, maximum, initial value, scale, offset, deadband
         cells[7:15] = "D", "F" if row.type_name == "REAL" else "L", *limits, 0, 1, 0, 0
     elif kind == "D":
         cells[16:19] = "Off", "On", "Off"
@@ -240,6 +241,7 @@ def _folder(folders: dict[str, dict[str, Any]], path: str) -> dict[str, Any]:
 
 
 def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
+    """Return the JSON object of a tag that reads an OPC UA node."""
     tag = {
         "name": name,
         "tagType": "AtomicTag",
@@ -267,6 +269,7 @@ def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
     table: dict[str, dict[str, dict[str, str]]] = {}
     writable_tags = []
     rows = list(rows)
+    # members that are arrays with several dimensions
     unsupported = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
     file.left_out += [row.name for row in unsupported]
     for row in file.single_values((row for row in rows if row not in unsupported), _NODE_RED):

@@ -74,12 +74,13 @@ class TagService:
             say(f"{self._title} clients see the first {VARIABLES_MOST:,} variables only")
         self._mailbox = Mailbox()
         self._ending = threading.Event()
-        self._died = False
-        self._changing = threading.Lock()
+        self._died = False  # whether a process of the server has died
+        self._changing = threading.Lock()  # while the process and its pipe are replaced
         self._setup: TagSetup | None = None
+        # two ends of a connection, by which the desk wakes the server
         self._waker: socket.socket | None = None
         self._their_waker: socket.socket | None = None
-        self._pipe: Connection | None = None
+        self._pipe: Connection | None = None  # sends setups to the server; None before its start
         self._desk: TagDesk | None = None
         self._process: Helper
 
@@ -133,7 +134,7 @@ class TagService:
             run.hands,
             run.rack,
             run.cpu.period_ns,
-            lambda: NoTags() if run.program.debugger is None else run.program.debugger.images,
+            tags=lambda: NoTags() if run.program.debugger is None else run.program.debugger.images,
             writes=self._writes and bool(self._spec.server.writable),
             profile=self._spec.server.profile,
             version=1 if self._desk is None else self._desk.version + 1,
@@ -154,18 +155,19 @@ class TagService:
         threading.Thread(target=self._send_setup, args=(setup,), daemon=True).start()
 
     def _setup_of(self, listing: Listing, version: int) -> TagSetup:
+        """Return the tags and settings to send to the server."""
         server = self._spec.server
         return TagSetup(
             listing,
             version,
-            tuple(server.writable) if self._writes else (),
-            self._spec.name,
-            SLC if listing.files else LOGIX,
-            _packed_address(self._sockets[0].getsockname()[0]),
-            self.port,
-            self._address.protocol,
-            server.modbus,
-            self._security,
+            writable=tuple(server.writable) if self._writes else (),
+            name=self._spec.name,
+            product=SLC if listing.files else LOGIX,
+            address=_packed_address(self._sockets[0].getsockname()[0]),
+            port=self.port,
+            protocol=self._address.protocol,
+            modbus=server.modbus,
+            ua_security=self._security,
         )
 
     def _send_setup(self, setup: TagSetup) -> None:
@@ -180,6 +182,7 @@ class TagService:
                 self._pipe.send_bytes(pickle.dumps(self._setup))
 
     def _start(self) -> None:
+        """Start a server process with the sockets and the shared memory, and send it the current setup."""
         assert self._their_waker is not None
         own_end, server_end = socket.socketpair()
         handed: list[Handed] = [server_end, self._their_waker, self._mailbox.memory, *self._sockets]
@@ -190,6 +193,7 @@ class TagService:
             self._pipe.send_bytes(pickle.dumps(self._setup))
 
     def _keep_alive(self) -> None:
+        """Restart the server when its process ends, at most `DEATHS_MOST` times, until `end` is called."""
         for _ in range(DEATHS_MOST):
             end = self._wait_for_end()
             if self._ending.wait(GRACE_S):
@@ -267,7 +271,7 @@ class TagServices:
             for address in addresses:
                 self._services.append(TagService(job, address, say, writes=writes))
                 opened.callback(self._services[-1].end)
-            opened.pop_all()
+            opened.pop_all()  # keep all servers, since none has failed
         for service in self._services:
             for line in service.describe():
                 say(line)

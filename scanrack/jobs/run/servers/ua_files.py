@@ -67,6 +67,7 @@ def thumbprint(certificate: bytes) -> str:
 
 
 def _read_users(path: Path) -> dict[str, bytes]:
+    """Return the passwords in a file by user name; raise ValueError, with the path, for a wrong file."""
     try:
         return users_of(_read_secret(path).decode("utf-8-sig"))  # Windows editors may add a byte order mark
     except UnicodeDecodeError as error:
@@ -85,6 +86,7 @@ def _read_secret(path: Path) -> bytes:
 
 
 def _read(path: Path) -> bytes:
+    """Return the content of a regular file of at most `FILE_MOST` bytes; raise ValueError for any other."""
     try:
         if not path.is_file():
             raise ValueError(f"{path}: {'must be a regular file' if path.exists() else 'no such file'}")
@@ -175,7 +177,7 @@ def _write_new(path: Path, content: bytes, mode: int) -> None:
 
 
 def _self_signed(key: Any, host: str) -> Certificate:
-    """Return a self-signed application certificate [OPC UA part 6, 6.2.2]."""
+    """Return a self-signed application certificate for this machine and host [OPC UA part 6, 6.2.2]."""
     from asyncua.crypto.cert_gen import generate_self_signed_app_certificate
     from cryptography.x509 import DNSName, GeneralName, IPAddress, UniformResourceIdentifier
     from cryptography.x509.oid import ExtendedKeyUsageOID
@@ -186,7 +188,7 @@ def _self_signed(key: Any, host: str) -> Certificate:
         address = ipaddress.ip_address(host)
         if not address.is_unspecified:
             names.append(IPAddress(address))
-    except ValueError:
+    except ValueError:  # the host is a name
         if host != machine:
             names.append(DNSName(host))
     uses = [ExtendedKeyUsageOID.SERVER_AUTH]
