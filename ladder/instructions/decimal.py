@@ -9,6 +9,10 @@ from ..model.spec import Use, action
 
 
 def _tod(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """Store an integer as BCD.
+
+    Out of range, report an overflow and store 0 (if negative) or the low digits.
+    """
     value = machine.integer(source)
     digits = target.type.bits // 4
     if value < 0 or value >= 10**digits:

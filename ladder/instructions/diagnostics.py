@@ -49,6 +49,11 @@ def _compare(
     *,
     updates: bool,
 ) -> None:
+    """Run FBC, or with `updates` DDT, which copies each mismatched bit to the reference.
+
+    It searches once when the rung becomes true; a LEN of 0 or less or a POS below 0 sets ER instead. A
+    false rung clears EN, ER and FD, and resets each CONTROL that is done.
+    """
     search, results = Control(machine, search_control), Control(machine, result_control)
     if not power:
         search.set(EN=False, ER=False, FD=False)
@@ -88,6 +93,7 @@ def _append_bit_number(results: Control, numbers: Elements, bit: int) -> None:
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:
+    """Clear EN and DN of both CONTROL operands."""
     for operand in operands[3:]:
         assert isinstance(operand, Group)
         Control(machine, operand).set(EN=False, DN=False)
@@ -97,6 +103,7 @@ def _prescan(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def _dtr(machine: Interpreter, power: bool, source: Resolved, mask: Resolved, reference: Place) -> bool:
+    """Store the masked source in the reference; return whether the rung is true and this changed it."""
     masked = machine.integer(source) & machine.integer(mask)
     changed = machine.integer(reference) != masked
     machine.put(reference, machine.converted(reference.type, masked))

@@ -25,6 +25,7 @@ def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resol
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
+    """Write code for COP: slices or assignments if possible, otherwise a call of `copy`."""
     source_end, target_end = byte_end(rungs, source), byte_end(rungs, target)
     if source_end is not None and target_end is not None:
         _write_bytes(rungs, source_end, target_end, length)
@@ -73,6 +74,7 @@ def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: B
 
 
 def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
+    """Return a context for lines that need a count above 0: none if it is a literal, otherwise an `if`."""
     return nullcontext() if count.isdigit() else rungs.writer.block(f"if {count} > 0:")
 
 
@@ -98,24 +100,27 @@ def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:
 
 def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, length: int) -> bool:
     """Write code that copies between lists of one type as slices; return whether that was possible."""
-    first, begin = source.fixed_first, target.fixed_first
-    if plain(source) is None or plain(source) != plain(target) or first is None or begin is None:
+    source_first, target_first = source.fixed_first, target.fixed_first
+    if source_first is None or target_first is None:
+        return False
+    if plain(source) is None or plain(source) != plain(target):
         return False
     if source.whole or target.whole:
-        return _write_row(rungs, (source, first), (target, begin), length)
-    count = min(length, target.fixed_left(begin), source.fixed_left(first))
+        return _write_row(rungs, (source, source_first), (target, target_first), length)
+    count = min(length, target.fixed_left(target_first), source.fixed_left(source_first))
     if count < 1:
         return True
     origin, goal = source.parts[0].leaf, target.parts[0].leaf
-    text = _write_slice(rungs, origin, first, count)
+    text = _write_slice(rungs, origin, source_first, count)
     from_view, to_view = _is_view(rungs, origin), _is_view(rungs, goal)
     if from_view != to_view:
         text = f"{text}.tolist()" if from_view else f'array("{goal.type.code}", {text})'
-    rungs.writer.line(f"{_write_slice(rungs, goal, begin, count)} = {text}")
+    rungs.writer.line(f"{_write_slice(rungs, goal, target_first, count)} = {text}")
     return True
 
 
 def _is_view(rungs: RungWriter, leaf: Leaf) -> bool:
+    """Return whether a leaf's elements are in a typed view of bytes, and not in a list."""
     spot = rungs.writer.layout.spot(leaf)
     return rungs.writer.is_live(leaf) or (spot is not None and bool(spot.view))
 
@@ -135,8 +140,11 @@ def _write_row(
     for region, first in (target, source):
         leaf = region.parts[0].leaf
         arguments += [rungs.writer.name(leaf), rungs.values.row(leaf, first)]
-        remaining = rungs.writer.handed(leaf.root)[2] if region.whole else str(region.fixed_left(first))
-        ends.append(f"{remaining} - {first}" if region.whole and first else remaining)
+        if region.whole:
+            _, _, remaining, *_ = rungs.writer.handed(leaf.root)
+            ends.append(f"{remaining} - {first}" if first else remaining)
+        else:
+            ends.append(str(region.fixed_left(first)))
     rungs.writer.line(f"copy_row({', '.join(arguments)}, min({', '.join(ends)}))")
     return True
 
@@ -152,11 +160,12 @@ def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
 
 
 def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    end = machine.end(target)
-    machine.fill(end, machine.integer(length), machine.number(source, _width_filled(source, end[1])))
+    _, region, _ = end = machine.end(target)
+    machine.fill(end, machine.integer(length), machine.number(source, _width_filled(source, region)))
 
 
 def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
+    """Write code for FLL: zeros in bytes or a list if possible, otherwise a call of `fill`."""
     region = region_of(target)
     if source == Constant(0, DINT) and (end := byte_end(rungs, target)) is not None:
         size = _byte_count(rungs, length, end)

@@ -22,6 +22,7 @@ def _check_mov(source: Resolved, target: Resolved) -> None:
 
 
 def _mov(machine: Interpreter, source: Resolved, target: Place | Group) -> None:
+    """Copy text to a string, or a number to a tag."""
     if isinstance(target, Group):
         set_text(machine, target, source)
         return
@@ -30,6 +31,7 @@ def _mov(machine: Interpreter, source: Resolved, target: Place | Group) -> None:
 
 
 def _write_mov(rungs: RungWriter, source: Resolved, target: Place | Group) -> None:
+    """Write code that does what `_mov` does."""
     if isinstance(target, Group):
         write_set_text(rungs, target, source)
         return
@@ -46,6 +48,7 @@ def _mvm(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) 
 
 
 def _write_mvm(rungs: RungWriter, source: Resolved, mask: Resolved, target: Place) -> None:
+    """Write code that does what `_mvm` does."""
     bits = target.type.bits
     moved, through = rungs.values.filled(source, bits), rungs.values.filled(mask, bits)
     direct = _bits(source) == _bits(mask) == bits
@@ -54,6 +57,7 @@ def _write_mvm(rungs: RungWriter, source: Resolved, mask: Resolved, target: Plac
 
 
 def _bits(operand: Resolved) -> int:
+    """Return an integer operand's width, negative if it is unsigned."""
     assert isinstance(operand, (Place, Constant))
     return operand.type.wraps
 
@@ -64,6 +68,7 @@ def _bits(operand: Resolved) -> int:
 def _check_btd(
     source: Resolved, source_bit: Constant, target: Place, target_bit: Constant, length: Constant
 ) -> None:
+    """Raise an OperandError if the field of bits has no valid position or length."""
     limits = (
         (source_bit, 0, source.type.bits - 1 if isinstance(source, (Place, Constant)) else 31, "source bit"),
         (target_bit, 0, target.type.bits - 1, "destination bit"),
@@ -82,13 +87,14 @@ def _btd(
     target_bit: Constant,
     length: Constant,
 ) -> None:
+    """Replace `length` bits of the target by bits of the source."""
     value = arithmetic.distributed(
         machine.filled(source),
-        int(source_bit.value),
-        machine.whole(machine.get(target)),
-        int(target_bit.value),
-        int(length.value),
-        target.type.wraps,
+        source_bit=int(source_bit.value),
+        target=machine.whole(machine.get(target)),
+        target_bit=int(target_bit.value),
+        length=int(length.value),
+        bits=target.type.wraps,
     )
     machine.put(target, value)
 
@@ -101,6 +107,7 @@ def _write_btd(
     target_bit: Constant,
     length: Constant,
 ) -> None:
+    """Write code that does what `_btd` does."""
     moved = rungs.values.filled(source, LINT.bits)
     rungs.values.assign(
         target,
@@ -119,6 +126,7 @@ def _clr(machine: Interpreter, target: Place) -> None:
 
 
 def _write_clr(rungs: RungWriter, target: Place) -> None:
+    """Write code that does what `_clr` does."""
     rungs.values.clear_flags()
     rungs.values.assign(target, repr(target.type.zero))
     if rungs.writer.flags:
@@ -130,6 +138,7 @@ def _write_clr(rungs: RungWriter, target: Place) -> None:
 
 
 def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
+    """Raise an OperandError unless SWPB allows the pair of types."""
     allowed = {("INT", "INT"), ("INT", "DINT"), ("DINT", "DINT")}
     if not isinstance(source, Place) or (source.type.name, target.type.name) not in allowed:
         raise OperandError(
@@ -150,6 +159,8 @@ def _write_swpb(rungs: RungWriter, source: Place, mode: str, target: Place) -> N
 
 
 def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Spec:
+    """Return the row of a bitwise instruction; `sign` is its operator in compiled code."""
+
     def run(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
         machine.store_bits(target, combine(machine.filled(a), machine.filled(b)))
 

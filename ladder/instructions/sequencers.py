@@ -20,6 +20,7 @@ from .shifts import check_dints
 
 
 def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> bool:
+    """Return whether source and step are equal in the masked bits; set ER if LEN or POS is invalid."""
     control = Control(machine, group)
     position = control["POS"]
     invalid = control["LEN"] <= 0 or not 0 <= position <= control["LEN"]
@@ -37,6 +38,7 @@ Step = Callable[[Control], bool]
 
 
 def _step(control: Control) -> bool:
+    """Advance POS on a rising rung, and set DN; if LEN or POS is invalid, set ER and return False."""
     if control["LEN"] <= 0 or control["POS"] < 0:
         control.set(ER=True)
         return False

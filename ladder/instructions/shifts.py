@@ -29,6 +29,8 @@ def check_dints(array: Resolved, *_others: Resolved) -> None:
 
 
 def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], None]:
+    """Return the function of BSL or BSR, which shifts once when the rung goes true."""
+
     def run(machine: Interpreter, power: bool, array: Resolved, group: Group, source: Place) -> None:
         control = Control(machine, group)
         if not power:
@@ -44,6 +46,7 @@ def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], 
 
 
 def _move_bits(machine: Interpreter, array: Resolved, control: Control, source: Place, *, left: bool) -> None:
+    """Shift the array by one bit; the source comes in, and UL gets the bit that leaves LEN bits."""
     elements, length = Elements(machine, array), control["LEN"]
     if not length:
         control.set(DN=True, POS=0)
@@ -61,6 +64,7 @@ def _move_bits(machine: Interpreter, array: Resolved, control: Control, source: 
 
 
 def _bit_shift(name: str, *, left: bool) -> Spec:
+    """Return the row of BSL or BSR."""
     return always(
         name,
         Use.ARRAY,
@@ -89,6 +93,7 @@ def _check_unload(queue: Resolved, target: Resolved, _control: Resolved) -> None
 
 
 def _check_same(queue: Resolved, single: Resolved) -> None:
+    """Raise an OperandError unless the types fit: two numbers, or one structure type."""
     assert isinstance(queue, (Place, Group))
     are_numbers = not isinstance(single, Group) and isinstance(queue.type, Elementary)
     if not are_numbers and not (isinstance(single, Group) and single.type == queue.type):
@@ -98,6 +103,7 @@ def _check_same(queue: Resolved, single: Resolved) -> None:
 
 
 def _load(machine: Interpreter, power: bool, source: Resolved, queue: Resolved, group: Group) -> None:
+    """Run FFL or LFL: store the source at POS when the rung goes true, unless the queue is full."""
     control = Control(machine, group)
     rises = power and not control["EN"]
     control.set(EN=power)
@@ -114,6 +120,7 @@ def _show_level(control: Control) -> None:
 
 
 def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number: int) -> None:
+    """Store the source as an element of a queue, converted if the types differ."""
     if isinstance(source, (Place, Group)) and source.type == queue.type:
         queue.put(number, Elements(machine, source).take(0))
     else:
@@ -125,6 +132,8 @@ def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number:
 
 
 def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Group], None]:
+    """Return the function of FFU or LFU, which unloads an element when the rung goes true."""
+
     def run(machine: Interpreter, power: bool, queue: Resolved, target: Resolved, group: Group) -> None:
         control = Control(machine, group)
         rises = power and not control["EU"]

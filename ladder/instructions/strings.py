@@ -33,6 +33,7 @@ def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
 
 
 def _value(machine: Interpreter, operand: Resolved, width: int | None) -> Any:
+    """Return the operand's characters or its number; None after the fault of a string that is too long."""
     if isinstance(operand, (Group, StringConstant)):
         return _read(machine, operand)
     return machine.number(operand, width_of(operand) if width is None else width)
@@ -55,6 +56,7 @@ def _row(
     converts = store_number is _put_number  # the function of the instruction converts to the target's type
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
+        """Store the result for the sources in the target; after a fault, the target stays."""
         *sources, target = operands
         values = [_value(machine, source, width) for source in sources]
         if any(value is None for value in values):
@@ -72,6 +74,10 @@ def _row(
                 machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
+        """Write code that does the same as `run`.
+
+        The code calls `run` if a string is not in bytes, or if a converted number sets status flags.
+        """
         if not _are_in_bytes(rungs, operands) or (converts and rungs.writer.flags):
             rungs.interpret()
             return
@@ -97,6 +103,7 @@ def _row(
 
 
 def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
+    """Return whether the compiled program keeps all strings among the operands in bytes."""
     layout = rungs.writer.layout
     return all(
         layout.byte_spot(operand.path) is not None for operand in operands if isinstance(operand, Group)
@@ -134,6 +141,7 @@ def _texts_after(
 
 
 def _write_value(rungs: RungWriter, operand: Resolved, width: int | None, texts: Mapping[str, str]) -> str:
+    """Return code for an operand's value; for a string in `texts`, it uses that variable."""
     values = rungs.values
     if isinstance(operand, Group):
         place = _place(rungs, operand)
@@ -148,6 +156,7 @@ def _write_value(rungs: RungWriter, operand: Resolved, width: int | None, texts:
 
 
 def _place(rungs: RungWriter, operand: Group) -> StringPlace:
+    """Return a string's place; a computed position is first kept in a variable."""
     place = rungs.values.string(operand)
     assert place is not None
     return place if place.is_fixed else replace(place, byte=rungs.values.keep(place.byte))
@@ -201,6 +210,7 @@ def _put_position(machine: Interpreter, target: Place, result: int) -> None:
 
 
 def _put_number(machine: Interpreter, target: Place, result: int | float) -> None:
+    """Store a number of the target's type and set the flags; the carry flag is always set."""
     machine.clear_flags()
     if machine.lowered.flags:
         machine.set_status("S:C", True)

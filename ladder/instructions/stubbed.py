@@ -78,6 +78,7 @@ class TimedCall:
 
 
 def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:
+    """Return the members of the first operand with EN and DN; raise an OperandError if there is none."""
     for operand in operands:
         if isinstance(operand, Group) and operand.find_member("EN") and operand.find_member("DN"):
             assert isinstance(operand.type, Structure)
@@ -90,6 +91,7 @@ def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> 
 
 
 def _time_call(machine: Interpreter, power: bool, stub: Ending, timed: TimedCall) -> bool:
+    """Begin the instruction on a rising rung, or end it after the stub's time; return the power."""
     state = {name: machine.truth(machine.get(place)) for name, place in timed.bits.items()}
     ended = state["DN"] or state.get("ER", False)
     if not state["EN"]:
@@ -132,6 +134,7 @@ def _stub_argument(machine: Interpreter, operand: Resolved | str) -> object:
 
 
 def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bool:
+    """Run the stub: pass or block power, begin or end a timed call, or call Python; return the power."""
     if isinstance(stub, Power):
         return power and stub.after
     if isinstance(stub, Ending):
@@ -147,6 +150,7 @@ def stub_spec(name: str, stub: Stub) -> Spec:
     """Return the spec of a stubbed instruction; its name is in capitals."""
 
     def resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+        """Return the stub, and what it needs of the operands; see `_run`."""
         if isinstance(stub, Power):
             return (stub,)
         resolved = tuple(_resolved(resolver, argument) for argument in operands)

@@ -40,6 +40,7 @@ def _start_time(machine: Interpreter, timer: Group) -> None:
 
 
 def _reached(machine: Interpreter, timer: Group) -> bool:
+    """Return whether ACC has reached PRE; fault if one of them is negative."""
     preset, accumulated = (machine.whole(machine.get(timer.member(name))) for name in ("PRE", "ACC"))
     if preset < 0 or accumulated < 0:
         machine.fault_log.negative_timer(machine.site, timer.text, preset, accumulated)
@@ -53,6 +54,7 @@ def put(machine: Interpreter, structure: Group, **members: bool | int) -> None:
 
 
 def _time_on(machine: Interpreter, timer: Group) -> None:
+    """Run TON or RTO on a true rung: start or count the time, and set DN when PRE is reached."""
     if machine.get(timer.member("DN")):
         put(machine, timer, EN=True, TT=False)
         return
@@ -65,6 +67,7 @@ def _time_on(machine: Interpreter, timer: Group) -> None:
 
 
 def _tof(machine: Interpreter, power: bool, timer: Group) -> None:
+    """Run TOF: a true rung sets DN; a false rung counts the time, and clears DN when PRE is reached."""
     if power:
         put(machine, timer, EN=True, TT=False, DN=True, ACC=0)
     elif machine.get(timer.member("DN")):
@@ -79,6 +82,7 @@ def _tof(machine: Interpreter, power: bool, timer: Group) -> None:
 
 
 def _count(machine: Interpreter, power: bool, counter: Group, enable: str, step: int) -> None:
+    """Count if the rung has risen, and set DN; `enable` (CU or CD) stores the rung's state."""
     if not power:
         machine.put(counter.member(enable), False)
         return
@@ -132,6 +136,7 @@ def _write_start(rungs: RungWriter, timer: Group) -> None:
 
 
 def _write_add_time(rungs: RungWriter, timer: Group) -> None:
+    """Write the code of `_count_time`."""
     last, accumulated = write_get(rungs, timer, "~last_ns"), write_get(rungs, timer, "ACC")
     elapsed = rungs.values.keep(f"(now - {last}) // {_MS}")
     with rungs.writer.block(f"if {elapsed}:"):
@@ -140,6 +145,7 @@ def _write_add_time(rungs: RungWriter, timer: Group) -> None:
 
 
 def _write_reached(rungs: RungWriter, timer: Group, **when_reached: str) -> None:
+    """Write code that sets TT until PRE is reached, then the members `when_reached`; see `_reached`."""
     preset, accumulated = write_get(rungs, timer, "PRE"), write_get(rungs, timer, "ACC")
     with rungs.writer.block(f"if 0 <= {accumulated} < {preset}:"):
         write_set(rungs, timer, TT="True")
@@ -149,6 +155,7 @@ def _write_reached(rungs: RungWriter, timer: Group, **when_reached: str) -> None
 
 
 def _write_time_on(rungs: RungWriter, timer: Group) -> None:
+    """Write the code of `_time_on`."""
     with rungs.writer.block(f"if not {write_get(rungs, timer, 'DN')}:"):
         with rungs.writer.block(f"if {write_get(rungs, timer, 'EN')}:"):
             _write_add_time(rungs, timer)
@@ -161,6 +168,7 @@ def _write_time_on(rungs: RungWriter, timer: Group) -> None:
 
 
 def _write_tof(rungs: RungWriter, power: str, timer: Group) -> None:
+    """Write the code of `_tof`."""
     rungs.either(
         power,
         lambda: write_set(rungs, timer, EN="True", TT="False", DN="True", ACC="0"),
@@ -169,6 +177,7 @@ def _write_tof(rungs: RungWriter, power: str, timer: Group) -> None:
 
 
 def _write_time_off(rungs: RungWriter, timer: Group) -> None:
+    """Write the code of `_tof` on a false rung."""
     with rungs.writer.block(f"if {write_get(rungs, timer, 'DN')}:"):
         with rungs.writer.block(f"if {write_get(rungs, timer, 'EN')}:"):
             _write_start(rungs, timer)
@@ -202,6 +211,8 @@ def write_done(rungs: RungWriter, counter: Group, accumulated: str) -> None:
 
 
 def _write_count(rungs: RungWriter, power: str, counter: Group, enable: str, step: int) -> None:
+    """Write the code of `_count`."""
+
     def when_true() -> None:
         accumulated = write_get(rungs, counter, "ACC")
         with rungs.writer.block(f"if not {write_get(rungs, counter, enable)}:"):
@@ -251,6 +262,10 @@ def _on_delay(name: str, **off: bool | int) -> Spec:
 
 
 def _counter(name: str, enable: str, step: int) -> Spec:
+    """Return the row of CTU or CTD.
+
+    Prescan sets `enable`, so that a rung that stays true does not count.
+    """
     return always(
         name,
         Use.COUNTER,

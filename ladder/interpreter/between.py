@@ -25,6 +25,7 @@ class PausingInterpreter(Interpreter):
 
     @override
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
+        """Run the lines of a routine; `_line` needs its name."""
         outer, self._routine = self._routine, routine.name.upper()
         try:
             super()._lines(routine, inputs)

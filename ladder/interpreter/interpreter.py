@@ -87,6 +87,7 @@ class Interpreter(PlaceValues):
         self.run(self.lowered.main, ())
 
     def _scheduled(self, name: str, now_ns: int) -> None:
+        """Run a routine at the given instant, and restore the present one afterward."""
         outer_now_ns, self.now_ns = self.now_ns, now_ns
         try:
             self.run(name, ())
@@ -105,6 +106,11 @@ class Interpreter(PlaceValues):
         return ()
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
+        """Run a routine's structured text, or its rungs with jumps.
+
+        Each jump backward counts toward a fault. After each rung of a preempted routine, the scheduler may
+        run other tasks.
+        """
         if routine.body is not None:
             self._body(routine.body, inputs)
             return
@@ -177,13 +183,16 @@ class Interpreter(PlaceValues):
         self._body(body, inputs)
 
     def _arms(self, arms: Arms, inputs: Sequence[Passed]) -> None:
+        """Run the body of the first arm whose condition is true, otherwise of ELSE."""
         for line, body in arms.arms:
             if self._line(line, inputs, statement=True):
                 self._inside(line, body, inputs)
                 return
-        self._inside(arms.arms[-1][0], arms.otherwise, inputs)
+        last_line, _ = arms.arms[-1]
+        self._inside(last_line, arms.otherwise, inputs)
 
     def _selection(self, selection: Selection, inputs: Sequence[Passed]) -> None:
+        """Run the body of the first choice whose range contains the selector, otherwise of ELSE."""
         self._line(selection.line, inputs, statement=True)
         value = self.selected
         for ranges, body in selection.choices:
@@ -195,6 +204,7 @@ class Interpreter(PlaceValues):
         self._inside(selection.line, selection.otherwise, inputs)
 
     def _loop(self, loop: Loop, inputs: Sequence[Passed]) -> None:
+        """Run a loop until a condition or EXIT ends it; each repetition counts toward a fault."""
         if loop.start is not None:
             self._line(loop.start, inputs, statement=True)
         try:
@@ -246,7 +256,10 @@ class Interpreter(PlaceValues):
             self.frame = outer
 
     def handed(self, operand: Place | Group) -> InterpretedAddOnStore:
-        """Return an operand as a store for an add-on instruction."""
+        """Return an operand as a store for an add-on instruction.
+
+        An argument of the calling add-on instruction, or a part of one, is passed on as the tag that it is.
+        """
         leaf = first_leaf(operand)
         indexed_dims = self.dims_of(leaf)[: len(operand.indices)]
         element = 0
@@ -328,6 +341,7 @@ class Interpreter(PlaceValues):
             yield from line.steps
 
     def _prescan_step(self, step: LoweredStep) -> None:
+        """Prescan an instruction; skip it at a fault of its own."""
         self.site = step.site
         if step.spec.prescan is None:
             return

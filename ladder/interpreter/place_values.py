@@ -55,6 +55,7 @@ class PlaceValues:
         self.memory.write(self.memory.layout.leaf(path), 0, value)
 
     def _index(self, place: Place) -> int:
+        """Return the index of a place in its leaf; fault if a subscript is out of range."""
         if not place.indices:
             return 0
         flat = 0
@@ -193,6 +194,10 @@ class PlaceValues:
         return arithmetic.real(value) if width == SINGLE else float(value)
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Value:
+        """Return the result of an operator in a width.
+
+        A zero divisor is a minor fault, and returns the dividend. An overflow is one too, and wraps.
+        """
         if width <= 0:
             return self._calculate_real(name, values, width)
         if name in ("/", "MOD") and values[1] == 0:
@@ -205,6 +210,10 @@ class PlaceValues:
         return result
 
     def _calculate_real(self, name: str, values: Sequence[Any], width: int) -> float:
+        """Return the result of an operator in SINGLE or DOUBLE.
+
+        A zero divisor is a minor fault, and so is an infinite or undefined result of finite operands.
+        """
         if name in ("/", "MOD") and values[1] == 0:
             self.fault_log.zero_divisor(self.site)
         exact = _REAL[name](*values)
@@ -214,7 +223,10 @@ class PlaceValues:
         return result
 
     def store(self, place: Place, value: Value) -> None:
-        """Convert a value to the type of a place and store it there."""
+        """Convert a value to the type of a place and store it there.
+
+        Record a minor fault if it does not fit, and set the flags from the stored value. A BOOL does neither.
+        """
         kind = place.type
         if kind.is_bool:
             self.put(place, bool(value))
@@ -255,6 +267,7 @@ class PlaceValues:
         self.store(target, self.number(expression, width))
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> bool:
+        """Return whether S:C is set: by a carry of +, a borrow of -, or NEG of a number that is not 0."""
         if name not in ("+", "-", "NEG"):
             return False
         mask = (1 << width) - 1
@@ -305,6 +318,7 @@ class PlaceValues:
         return store, region, region.first(lambda i, n: self.subscript(i, n, region.text), dims)
 
     def _region(self, operand: Resolved) -> ArrayRegion:
+        """Return the region of an operand, from a cache by its identity."""
         cached_operand, region = self._regions.get(id(operand), (None, None))
         if region is None or cached_operand is not operand:  # an id may be used again
             if len(self._regions) >= MOST_REGIONS:

@@ -109,6 +109,7 @@ class AddOn:
     comment: str = ""
 
     def __post_init__(self) -> None:
+        """Raise a LadderError if a name is taken, Logic is missing, or a routine has an error."""
         if self.name.upper() in BY_NAME:
             raise LadderError(f"{self.name} is a built-in instruction; rename the add-on")
         names = {name.upper() for name in ENABLES}
@@ -295,6 +296,7 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
 
 
 def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:
+    """Return the rung that copies one parameter."""
     if parameter.dims or isinstance(parameter.type, Structure):
         return (Instruction("COP", (source, target, number(count_of(parameter.dims)))),)
     if parameter.type is not BOOL:
@@ -305,6 +307,7 @@ def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:
 
 
 def _contact(parameter: Parameter, source: Operand) -> Instruction:
+    """Return the instruction that passes power if the argument of a BOOL is on."""
     if isinstance(source, Address):
         return Instruction("XIC", (source,))
     if isinstance(source, Operation):

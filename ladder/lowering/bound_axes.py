@@ -101,6 +101,7 @@ def _resolved_axis(lowering: Lowering, name: str, problems: list[Problem]) -> Gr
 
 
 def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
+    """Lower the routine that calls the blocks, and note the axes on 3601s; return the problems."""
     problems: list[Problem] = []
     bound: dict[str, BoundAxis] = {}
     rungs: list[Rung] = []
@@ -135,7 +136,10 @@ def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
 
 
 def _number_axes(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data: MotionData) -> None:
-    """Number the axes, coordinate systems and controls of a program with motion instructions."""
+    """Number the axes, coordinate systems and controls of a program with motion instructions.
+
+    The numbers are initial values of hidden members: above 0 for axes on 3601s, below 0 for ideal axes.
+    """
     numbers = {path: number for number, path in enumerate(lowered.axes, 1)}
     lowered.presets |= {(f"{path}.~axis", 0): number for path, number in numbers.items()}
     if not _has_motion(lowered):

@@ -24,6 +24,7 @@ def with_stored_subscripts(resolver: Resolver, instance: Operand) -> tuple[Addre
     rungs: list[Series] = []
 
     def stored(index: Operand) -> Operand:
+        """Return the tag that stores a subscript, or a constant subscript itself."""
         if isinstance(index, Number) or isinstance(resolver.operand(index), Constant):
             return index
         storage = Address(resolver.hold())
@@ -83,6 +84,7 @@ def _resolve_argument(inout: Tag, argument: Address, resolver: Resolver) -> Plac
 
 
 def _check_argument(definition: AddOn, required: Tag, argument: Address, resolved: Place | Group) -> None:
+    """Raise an OperandError if an argument's type, dimensions or memory do not fit the InOut."""
     if resolved.type != required.type or not _has_dims(required.dims, resolved):
         raise OperandError(
             f"{required.name} of {definition.name} is {_kind(required)}, {argument} is {described(resolved)}",
@@ -96,6 +98,7 @@ def _check_argument(definition: AddOn, required: Tag, argument: Address, resolve
 
 
 def _has_dims(required: tuple[int, ...], resolved: Place | Group) -> bool:
+    """Return whether an argument fits the dimensions of an InOut; a row may be longer than required."""
     dims = resolved.dims
     if len(required) == 1:
         return len(dims) == 1 and (required[0] == OPEN or required[0] <= dims[0])

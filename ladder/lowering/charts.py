@@ -106,6 +106,7 @@ class ChartLowering:
     # --- the chart's data
 
     def _chart(self) -> LoweredChart | None:
+        """Return the chart with its tags; report a wrong tag and return None."""
         try:
             return self._resolve_chart()
         except (AddressError, OperandError) as error:
@@ -120,7 +121,7 @@ class ChartLowering:
             self._lowering.at(step.number, step.origin, step.head)
             tag = self._tag(step.name, STOP_TYPE if step.stop else STEP_TYPE)
             index, bits = lasting_number(step.name), self._members_of(tag)
-            node = ChartNode(index, step.number, step.name, bits, tag, step.stop)
+            node = ChartNode(index, step.number, step.name, bits=bits, tag=tag, stop=step.stop)
             nodes[step.name.upper()] = node
             node.actions = tuple(self._chart_action(step, tree, node) for tree in step.actions)
             actions += node.actions
@@ -138,10 +139,10 @@ class ChartLowering:
         return LoweredChart(
             self._name,
             self._lowering.lowered.chart_options,
-            tuple(nodes.values()),
-            tuple(actions),
-            transitions,
-            nodes[initial.name.upper()],
+            nodes=tuple(nodes.values()),
+            actions=tuple(actions),
+            transitions=transitions,
+            initial=nodes[initial.name.upper()],
             **{name: self._leaf(name) for name in ("state", "reset", "last", "seen", "delta", "rest")},
             first=self._leaf("first", BOOL),
             moved=self._leaf("moved", BOOL),
@@ -164,13 +165,17 @@ class ChartLowering:
         return bits | {member.name: tag.member(f"{HIDDEN}{member.name}") for member in tag.type.hidden}
 
     def _chart_action(self, step: ChartStep, action: Action, node: ChartNode) -> ChartAction:
+        """Return an action with its tag; raise an AddressError or OperandError for a wrong tag."""
         self._lowering.at(action.number, action.origin, action.head)
         tag = self._tag(action.name, ACTION_TYPE)
         body = None if action.body is None else body_name(self._name, step, action).upper()
         index, bits = lasting_number(f"{step.name}.{action.name}"), self._members_of(tag)
-        return ChartAction(index, action.number, action.name, action.qualifier, bits, tag, body, node)
+        return ChartAction(
+            index, action.number, action.name, action.qualifier, bits=bits, tag=tag, body=body, node=node
+        )
 
     def _chart_transition(self, transition: Transition, nodes: dict[str, ChartNode]) -> ChartTransition:
+        """Return a transition with its tag; raise an AddressError or OperandError for a wrong tag."""
         self._lowering.at(transition.number, transition.origin, transition.head)
         place = self._lowering.target(Address(transition.name))
         if not place.type.is_bool:
@@ -206,6 +211,7 @@ class ChartLowering:
         return body
 
     def _body(self, chart: LoweredChart) -> Body:
+        """Lower the chart to statements, which also return its results."""
         self._start_element()
         self._loops = chart.options.control is ExecutionControl.UNTIL_FALSE
         begin = self._line("begin of the chart", BEGIN, chart)
@@ -234,9 +240,10 @@ class ChartLowering:
             ),
         )
         until = self._line("until no transition is true", CONDITION, Calculation("NOT", (chart.moved,)))
-        return (first, Loop(None, None, (start, *inner, *end), None, until))
+        return (first, Loop(start=None, test=None, body=(start, *inner, *end), advance=None, until=until))
 
     def _pass_body(self, chart: LoweredChart) -> Body:
+        """Lower the steps, except stops, and then the transitions: one pass."""
         steps = zip(chart.nodes, self._tree.steps, strict=True)
         transitions = zip(chart.transitions, self._tree.transitions, strict=True)
         return (
@@ -245,6 +252,7 @@ class ChartLowering:
         )
 
     def _lower_step(self, chart: LoweredChart, node: ChartNode, tree_step: ChartStep) -> Arms:
+        """Lower a step: presets, timer, actions and end; while it is inactive, only lasting actions."""
         self._start_element(tree_step.number, tree_step.origin)
         text, active = f"step {node.name}", node.bits["X"]
         condition: Resolved = active
@@ -280,6 +288,7 @@ class ChartLowering:
         return tuple(self._lower_action(chart, action, origins[action.number]) for action in actions)
 
     def _lower_action(self, chart: LoweredChart, action: ChartAction, origin: Origin) -> Arms:
+        """Lower an action, whose body runs while it is on; a Boolean action has no body."""
         self._start_element(action.number, origin)
         text = f"step {action.node.name}, action {action.name} ({action.qualifier.value})"
         head = self._line(text, ACT, chart, action, action.tag)
@@ -289,6 +298,10 @@ class ChartLowering:
         return Arms(((head, (Act(call),)),), ())
 
     def _lower_transition(self, chart: LoweredChart, transition: ChartTransition, tree: Transition) -> Arms:
+        """Lower a transition, which sets its tag once its steps have run, and fires if it is true.
+
+        Store its condition, and the condition's text, in `transition`.
+        """
         self._start_element(transition.number, tree.origin)
         text = f"transition {transition.name}"
         executed: list[Resolved] = []

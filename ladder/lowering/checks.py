@@ -125,13 +125,14 @@ def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
+    """Yield a warning for each further use of a place that should be used once, unless it is allowed."""
     first_sites: dict[object, Site] = {}
     for routine, line, step in _all_steps(lowered, copies=False):
         for use, operand, place in exclusive_places(step):
-            if _EXCLUSIVE[use][0] in allowed:
+            allowance, phrase, remedy = _EXCLUSIVE[use]
+            if allowance in allowed:
                 continue
             if place in first_sites:
-                _, phrase, remedy = _EXCLUSIVE[use]
                 text = f"{operand.text} {phrase} in {first_sites[place].where} already"
                 yield _problem(routine, line, text, remedy, "repeated-coil")
             else:
@@ -164,6 +165,11 @@ def _identity(use: Use, name: str, operand: object) -> object:
 def _all_steps(
     lowered: LoweredProgram, *, copies: bool = True
 ) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep]]:
+    """Yield the instructions whose operands are right, each with its routine and its rung or line.
+
+    Args:
+        copies: whether the copies of add-on parameters are included.
+    """
     for routine in lowered.routines.values():
         for line in routine.lines:
             for step in line.all_steps if copies else line.steps:
@@ -182,6 +188,7 @@ def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str,
 
 
 def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:
+    """Yield a problem for each jump, call or event whose target is missing or does not fit."""
     for line in routine.lines:
         for step in line.all_steps:
             problem = _jump_problem(lowered, routine, step) if step.operands else None
@@ -192,6 +199,7 @@ def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem
 def _jump_problem(
     lowered: LoweredProgram, routine: LoweredRoutine, step: LoweredStep
 ) -> tuple[str, str] | None:
+    """Return the text and remedy of the problem with an instruction's target; None if there is none."""
     target = step.operands[0]
     if step.name == "JMP" and target not in routine.labels:
         return f"no label {target} in the routine", "add LBL, or correct the name"
@@ -217,6 +225,7 @@ def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tup
 
 
 def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None:
+    """Return the problem with the task of an EVENT; None if it is an event task."""
     tasks = lowered.schedule.tasks if lowered.schedule is not None else ()
     events = [task.task.name for task in tasks if task.task.kind is TaskKind.EVENT]
     if name in map(str.upper, events):
@@ -225,6 +234,7 @@ def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None
 
 
 def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None:
+    """Return the problem with the routine, inputs or results of a call; None if they fit."""
     if call.routine in lowered.functions:
         return None
     target = lowered.routines.get(call.routine)
@@ -238,11 +248,13 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
         return text, "make SBR and JSR agree"
     mismatch = _type_mismatch(zip(call.inputs, parameters, strict=False))
     if mismatch:
-        return f"{target.name} takes {mismatch[1]}, {mismatch[0]} is passed", "make SBR and JSR agree"
+        passed, expected = mismatch
+        return f"{target.name} takes {expected}, {passed} is passed", "make SBR and JSR agree"
     return _return_problem(target, call)
 
 
 def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | None:
+    """Return the problem with the first RET that does not fit a call; None if all fit."""
     for line in target.lines:
         for step in line.all_steps:
             if step.name != "RET":
@@ -253,7 +265,8 @@ def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | Non
                 return text, "make RET and JSR agree"
             mismatch = _type_mismatch(zip(step.operands, call.returns, strict=False))
             if mismatch:
-                return f"{head} {mismatch[0]}; JSR expects {mismatch[1]}", "make RET and JSR agree"
+                returned, expected = mismatch
+                return f"{head} {returned}; JSR expects {expected}", "make RET and JSR agree"
     return None
 
 

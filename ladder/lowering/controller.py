@@ -99,7 +99,9 @@ class Controller(LadderLogic):
             rate_ns = exact_ns(rate_ms or 0, "ms", f"task {name}: rate")
         except ValueError as error:
             raise LadderError(str(error)) from None
-        self.add_task(Task(name, kind, programs, rate_ns, priority, preempt, comment))
+        self.add_task(
+            Task(name, kind, programs, rate_ns, priority=priority, preempt=preempt, comment=comment)
+        )
 
     def add_task(self, task: Task) -> None:
         """Add a task with a new name, or raise a LadderError."""
@@ -147,6 +149,7 @@ class Controller(LadderLogic):
 
     @override
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
+        """Lower the tasks, by default one for all programs, and the programs; return warnings too."""
         self._declare_missing(self.programs)
         layout = self.layout_of(self._all_declarations())
         lowering = self.lowering(layout, "")
@@ -170,6 +173,7 @@ class Controller(LadderLogic):
         return [program.name for program in self.programs]
 
     def _task_problems(self) -> Iterator[Problem]:
+        """Yield problems with the tasks, and with the programs that they name."""
         controller_place = f"controller {self.name}"
         if not self.programs:
             yield Problem(controller_place, "", "no program", "add a program")
@@ -190,6 +194,7 @@ class Controller(LadderLogic):
                 scheduled[name.upper()] = task.name
 
     def _idle_program_warnings(self, tasks: list[Task]) -> Iterator[Problem]:
+        """Yield a warning for each program that no task runs."""
         scheduled = {name.upper() for task in tasks for name in task.programs}
         for name in self._program_names():
             if name.upper() not in scheduled:

@@ -164,9 +164,8 @@ class EditedProgram:
     ) -> None:
         self._program, self._running = program, program.build()
         self._index = index or RungIndex(program)
-        self._unedited_lines: dict[
-            str, dict[int, LoweredLine]
-        ] = {}  # unedited lines of edited routines, by old number
+        # lines of edited routines: the unedited ones by their old numbers, and the edited ones
+        self._unedited_lines: dict[str, dict[int, LoweredLine]] = {}
         self._edited_lines: dict[str, list[LoweredLine]] = {}
         self.rungs: list[CheckedRung] = []
         self.mistakes: list[str] = []
@@ -191,6 +190,7 @@ class EditedProgram:
         return not (self.mistakes or self.missing or any(rung.mistakes for rung in self.rungs))
 
     def _new_tag(self, new: NewTag) -> Tag:
+        """Return the declaration of a new tag; raise a LadderError for a wrong name or type."""
         full_name = scoped(new.program, new.name)
         if not re.fullmatch(TAG_NAME, new.name) or len(new.name) > 40:
             raise LadderError(f"{new.name!r} is not a tag name; use a letter, then letters, digits and _")
@@ -245,6 +245,7 @@ class EditedProgram:
         return labels
 
     def _lines(self, edit: RungEdit, start: int) -> Iterator[LoweredLine]:
+        """Yield the lines of an edit, numbered from `start`; add each rung with its mistakes."""
         for text in edit.texts:
             checked = CheckedRung(edit, text, number=start)
             self.rungs.append(checked)
@@ -282,14 +283,14 @@ class EditedProgram:
             for line in rungs
             for place in _exclusive_places_in(line)
         }
+        # running lines that use the same places, and jumps and calls of edited routines
         affected = {index for place in places for index in self._index.places.get(place, ())}
-        affected |= {
-            (name, number) for name in self._edited_lines for number in self._index.jumps.get(name, ())
-        }
+        for name in self._edited_lines:
+            affected.update((name, number) for number in self._index.jumps.get(name, ()))
         for name, number in affected:
             unedited = self._unedited_lines.get(name)
             line = self._running.routines[name].lines[number] if unedited is None else unedited.get(number)
-            if line is not None:
+            if line is not None:  # None for a line that is edited
                 lines.setdefault(name, []).append(line)
         return {
             name: replace(
@@ -300,6 +301,7 @@ class EditedProgram:
         }
 
     def _add_mistake(self, problem: Problem, *, warns: bool) -> None:
+        """Add a problem to its edited rung; in other rungs, only a mistake counts."""
         text = f"{problem.text}; {problem.remedy}"
         for rung in self.rungs:
             rung_key = rung.edit.routine.upper(), rung.number

@@ -49,7 +49,10 @@ class Guess:
         return guess
 
     def same_as(self, other: Guess) -> None:
-        """Note that both have the same type, such as a queue and a value loaded into it."""
+        """Note that both have the same type, such as a queue and a value loaded into it.
+
+        This guess takes the evidence of the other one, and so do members of the same name.
+        """
         own_root, other_root = self.root, other.root
         todo = [(own_root, other_root)]
         while todo:
@@ -106,6 +109,10 @@ class Guess:
         return root._cached_type
 
     def _infer_type(self, path: str) -> DataType:
+        """Return the type for the strongest evidence.
+
+        The order is a structure that a use requires, members, bits, votes, weak votes.
+        """
         if self.needed is not None:
             return self._with_members(self.needed, path)
         if self.members:

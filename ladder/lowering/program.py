@@ -160,10 +160,11 @@ class Program(LadderLogic):
 
     @override
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
+        """Lower the routines as a program without a controller; return it with its warnings."""
         self._declare_missing((self,))
         layout = self.layout_of(self.declarations)
         lowering = self.lowering(layout, self.first or "Main")
-        if self.fault:
+        if self.fault:  # a schedule names the fault routine
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
             lowering.lowered.schedule = schedule_of(layout, [task], [self.roots()])
         problems = self.lower_into(lowering)

@@ -70,6 +70,7 @@ def series_of(elements: Sequence[object]) -> Series:
 
 
 def _element(value: object) -> Element:
+    """Return a Python value as an element of a series; raise a LadderError if it can't be one."""
     if isinstance(value, (Instruction, Branch)):
         return value
     if isinstance(value, list):

@@ -75,6 +75,7 @@ def resume(engine: Engine) -> None:
 
 
 def _resume(engine: Engine, path: str, kind: DataType, count: int) -> None:
+    """Set the hidden members of all instances at a path, and of the structures in them."""
     if isinstance(kind, Elementary):
         return
     memory, layout = engine.memory, engine.lowered.layout

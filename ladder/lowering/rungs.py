@@ -100,6 +100,7 @@ class Lowering:
         self._check_handed_inputs()
 
     def _add_on_routines(self, definition: AddOn) -> None:
+        """Lower the routines of an add-on instruction in its frame."""
         self._frame = self.lowered.frames[definition.name.upper()]
         self.resolver = Resolver(self._frame.layout)
         for routine in definition.routines:
@@ -119,6 +120,10 @@ class Lowering:
         self._calls_to_check.clear()
 
     def _lower_routine(self, routine: Routine) -> None:
+        """Lower a routine of rungs, statements or a chart.
+
+        For rungs, note the labels and the operands of SBR.
+        """
         self.begin(routine)
         if routine.chart is not None:
             self._lower_chart(routine)
@@ -161,6 +166,7 @@ class Lowering:
         self.problems.append(Problem(site.where, self._rung_text, text, remedy, site))
 
     def _label(self, labels: dict[str, int], label: str, number: int, *, first: bool) -> None:
+        """Note the rung of a label; report a duplicate, or a label that is not first in its rung."""
         if label in labels:
             self.report(f"label {label} is in the routine twice", "rename one")
         if not first:
@@ -170,11 +176,16 @@ class Lowering:
     def at(self, number: int, origin: Origin, text: str) -> None:
         """Start a rung or a line of structured text."""
         site = self._site  # `replace` takes three times as long
-        self._site = Site(site.program, site.routine, number, "", site.unit, origin.file, origin.line)
+        self._site = Site(
+            site.program, site.routine, number, unit=site.unit, file=origin.file, line=origin.line
+        )
         self._rung_text = text
 
     def line(self, number: int, rung: Rung) -> LoweredLine:
-        """Lower a rung of the current routine."""
+        """Lower a rung of the current routine.
+
+        Report a rung that is nested too deep or has no output, and an MCR that is not last.
+        """
         deep = too_deep(rung.series)
         self.at(number, rung.origin, "" if deep else str(rung))
         if deep:
@@ -191,6 +202,7 @@ class Lowering:
         return line
 
     def _series(self, series: Series) -> tuple[Node, ...]:
+        """Lower a series; a branch becomes a `Parallel`."""
         return tuple(
             Parallel(tuple(map(self._series, element.legs)))
             if isinstance(element, Branch)
@@ -202,12 +214,15 @@ class Lowering:
         """Number an instruction of the current rung or line."""
         site = self._site
         self.lowered.sites.append(
-            Site(site.program, site.routine, site.rung, text, site.unit, site.file, site.line)
+            Site(site.program, site.routine, site.rung, text, unit=site.unit, file=site.file, line=site.line)
         )
         return len(self.lowered.sites) - 1
 
     def step(self, instruction: Instruction) -> LoweredStep:
-        """Lower an instruction."""
+        """Lower an instruction, and report wrong operands.
+
+        A stub has precedence over an add-on instruction, and that over a built-in one.
+        """
         name = instruction.name.upper()
         stub = self._stubbed.get(name)
         definition = None if stub else self._add_ons.get(name.removesuffix(OFF.upper()))
@@ -230,6 +245,7 @@ class Lowering:
         return LoweredStep(spec, operands, site)
 
     def _add_on_call(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
+        """Return the one operand of an add-on's call; report wrong arguments and return ()."""
         try:
             instance = self._instance(definition, call)
             frame = self._frame_of(definition)
@@ -255,14 +271,14 @@ class Lowering:
             definition.name.upper(),
             replace(instance, text=str(call.operands[0])),
             handed,
-            instance.member("EnableIn"),
-            instance.member("EnableOut"),
-            tuple(map(self._series, (*storing_rungs, *copies.inputs))),
-            tuple(map(self._series, copies.outputs)),
-            names[LOGIC],
-            names.get(OTHERWISE),
-            names.get(PRESCAN),
-            names.get(POSTSCAN),
+            enable_in=instance.member("EnableIn"),
+            enable_out=instance.member("EnableOut"),
+            inputs=tuple(map(self._series, (*storing_rungs, *copies.inputs))),
+            outputs=tuple(map(self._series, copies.outputs)),
+            logic=names[LOGIC],
+            otherwise=names.get(OTHERWISE),
+            prescan=names.get(PRESCAN),
+            postscan=names.get(POSTSCAN),
         )
         if self._frame is not None:
             self._frame.calls.append(lowered)
@@ -302,6 +318,7 @@ class Lowering:
         )
 
     def _instance(self, definition: AddOn, call: Instruction) -> Group:
+        """Return the instance of a call; raise an OperandError if it is not one of the add-on."""
         instance = self.resolver.operand(call.operands[0])
         if not isinstance(instance, Group) or instance.dims or instance.type != definition.structure:
             remedy = f"declare a tag of type {definition.name} for this call"
@@ -309,16 +326,12 @@ class Lowering:
         return instance
 
     def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
+        """Resolve and check the operands of an instruction, and note its presets."""
         arguments = instruction.operands
         if spec.resolve is not None:
             return spec.resolve(self, arguments)
-        operands = [
-            self.checked(use, operand)
-            for use, operand in zip(
-                spec.operands, arguments, strict=False
-            )  # optional operands may be missing
-            if use is not Use.PRESET
-        ]
+        pairs = zip(spec.operands, arguments, strict=False)  # optional operands may be missing
+        operands = [self.checked(use, operand) for use, operand in pairs if use is not Use.PRESET]
         if Use.TEXT_OR_NUMBER in spec.operands and not all(map(is_string, operands)):
             operands = list(map(as_number, operands))  # strings are compared with and moved to strings only
         self._note_presets(spec, arguments, operands)
@@ -348,7 +361,10 @@ class Lowering:
         return resolved
 
     def _keyword(self, operand: Operand) -> str:
-        """Return a keyword as structured text writes it, in capitals; "" for another operand."""
+        """Return a keyword as structured text writes it, in capitals; "" for another operand.
+
+        Raise an OperandError for a name that is neither a tag nor a keyword.
+        """
         if not isinstance(operand, Address) or operand.steps:
             return ""
         word = plain(operand.name)
@@ -395,6 +411,10 @@ class Lowering:
                 self._note_initial(resolved[structure], name, arguments[index])
 
     def _note_initial(self, structure: Group, name: str, operand: Operand) -> None:
+        """Note a preset in a rung as an initial value.
+
+        Raise an OperandError for a wrong number, or one that differs from another rung's.
+        """
         if isinstance(operand, Unknown):
             return
         place = structure.member(name)
@@ -426,7 +446,10 @@ class Lowering:
         return scoped(self._program, routine).upper()
 
     def memory(self, address: Address, *, written: bool) -> Place | Group:
-        """See `OperandResolver`."""
+        """See `OperandResolver`.
+
+        The first member of a structure stands for the structure, as in exports.
+        """
         resolved = self.resolver.address(address)
         if isinstance(resolved, Place) and address.steps and isinstance(address.steps[-1], MemberStep):
             structure = self.resolver.address(replace(address, steps=address.steps[:-1]))
@@ -533,6 +556,7 @@ def writes(lowered: LoweredProgram, frame: AddOnFrame, name: str) -> bool:
 
 
 def _passes(operand: Operand) -> str:
+    """Return a mode of file instructions in capitals: ALL, INC, or the elements per scan."""
     text = str(operand).upper()
     number = operand.value if isinstance(operand, Number) else 0
     if text in ("ALL", "INC") or (isinstance(number, int) and 0 < number <= DINT.highest):
@@ -541,6 +565,7 @@ def _passes(operand: Operand) -> str:
 
 
 def _signature(definition: AddOn) -> str:
+    """Return the operands of an add-on's call as text."""
     named = [
         f"{parameter.name} : {parameter.type.name} ({parameter.mode.value})"
         for parameter in definition.required

@@ -113,6 +113,7 @@ class StatementLowering:
     def _add_line(
         self, number: int, origin: Origin, text: str, step: LoweredStep, comment: str
     ) -> LoweredLine:
+        """Add and return a line with one step."""
         line = LoweredLine(number, (step,), origin, text, comment)
         self._lines.append(line)
         return line
@@ -125,6 +126,8 @@ class StatementLowering:
     def _assigned(
         self, statement: Statement, text: str, target: Address, value: Operand, retentive: bool = True
     ) -> LoweredLine:
+        """Lower the assignment of a value, in a statement or of the counter in FOR, to a line."""
+
         def resolve() -> tuple[Any, ...]:
             place = self._target(target)
             return assignment(place, retentive=retentive), place, self._value(place, value)
@@ -135,6 +138,10 @@ class StatementLowering:
         return self._line(statement, text, lambda: (CONDITION, self._logical(condition)), line)
 
     def _invocation(self, statement: Invocation) -> Act:
+        """Lower an instruction.
+
+        Note the operands of SBR, and report an instruction that only rungs have.
+        """
         called = statement.instruction
         self._lowering.at(statement.line, statement.origin, statement.head)
         first = not self._lines
@@ -148,6 +155,7 @@ class StatementLowering:
         return Act(self._add_line(statement.line, statement.origin, statement.head, step, statement.comment))
 
     def _if(self, statement: If) -> Arms:
+        """Lower IF; each arm has a line with its condition."""
         arms = []
         for position, arm in enumerate(statement.arms):
             text = f"{'ELSIF' if position else 'IF'} {arm.condition} THEN"
@@ -156,6 +164,7 @@ class StatementLowering:
         return Arms(tuple(arms), self.body(statement.otherwise or ()))
 
     def _case(self, statement: Case) -> Selection:
+        """Lower CASE; the widest of its selector and labels decides the width of comparisons."""
         labels: list[Constant] = []
 
         def resolve() -> tuple[Any, ...]:
@@ -177,13 +186,14 @@ class StatementLowering:
         return body
 
     def _for(self, statement: For) -> Loop:
+        """Lower FOR to a loop; the counter starts before the test and advances after the body."""
         count, step, text = statement.count, statement.step or number(1), statement.head
         start = self._assigned(statement, text, count, statement.first)
         self._check_counter(start)
         test = self._line(statement, text, lambda: (CONDITION, self._pass_condition(statement, step)))
         body = self._loop_body(statement.body)
         advance = self._assigned(statement, text, count, Operation("+", (count, step)))
-        return Loop(start, test, body, advance, None)
+        return Loop(start, test, body, advance, until=None)
 
     def _check_counter(self, start: LoweredLine) -> None:
         operands = self._operands(start)
@@ -206,12 +216,12 @@ class StatementLowering:
     def _while(self, statement: While) -> Loop:
         test = self._condition(statement, statement.head, statement.condition)
         body = self._loop_body(statement.body)
-        return Loop(None, test, body, None, None)
+        return Loop(start=None, test=test, body=body, advance=None, until=None)
 
     def _repeat(self, statement: Repeat) -> Loop:
         body = self._loop_body(statement.body)
         until = self._condition(statement, statement.tail, statement.until, statement.until_line)
-        return Loop(None, None, body, None, until)
+        return Loop(start=None, test=None, body=body, advance=None, until=until)
 
     def _exit(self, statement: Exit) -> Act:
         line = self._line(statement, statement.head, lambda: (EXIT,))
@@ -235,6 +245,10 @@ class StatementLowering:
         return self._lowering.resolver.operand(operand)
 
     def _target(self, operand: Address) -> Place | Group:
+        """Return the target of an assignment, and note that it is written.
+
+        Raise an OperandError for a structure or an array, except a string.
+        """
         resolved = self._resolved(operand)
         if isinstance(resolved, Group) and not is_string(resolved):
             raise OperandError(
@@ -246,6 +260,7 @@ class StatementLowering:
         return resolved
 
     def _value(self, target: Place | Group, operand: Operand) -> Resolved:
+        """Return the value to assign; the target decides whether it is a string, a bit or a number."""
         if isinstance(target, Group):
             resolved = self._resolved(operand)
             if not is_string(resolved):

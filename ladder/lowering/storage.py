@@ -98,6 +98,7 @@ class _Uses:
             self._count_operand(operand, step, whole=use in _WHOLE_USES)
 
     def _count_operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
+        """Count the uses of an operand and its subscripts; `whole` is whether it is used as a whole."""
         if isinstance(operand, (Calculation, Call)):
             inner_operands = (
                 operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
@@ -117,6 +118,7 @@ class _Uses:
             self._count_subscripts(operand.indices, step)
 
     def _count_structure(self, operand: Group, step: LoweredStep, *, whole: bool) -> None:
+        """Count a use of a structure: a gain by bytes if it is used as a whole, otherwise a loss."""
         root = _root_of(operand)
         if not whole:
             self.loss[root] += _MEMBERS * _VALUE_NS
@@ -142,6 +144,7 @@ class _Uses:
                 self._count_operand(index, step, whole=False)
 
     def _count_call(self, call: AddOnCall) -> None:
+        """Count the uses of a call; an argument has the same kind of storage as its InOut."""
         self.calls.append(call)
         self._join(_root_of(call.instance), (call.name, OWN))
         for place in (call.enable_in, call.enable_in, call.enable_out):
@@ -158,6 +161,7 @@ class _Uses:
             self._parents[first] = second
 
     def _representative(self, root: _Root) -> _Root:
+        """Return the root that stands for a group, and shorten the path to it."""
         while root in self._parents:
             parent = self._parents[root]
             self._parents[root] = self._parents.get(parent, parent)
@@ -165,7 +169,7 @@ class _Uses:
         return root
 
     def roots_in_bytes(self, lowered: LoweredProgram) -> Iterator[_Root]:
-        """Yield the roots to store as bytes."""
+        """Yield the roots to store as bytes: groups that gain more than they lose, if all of them fit."""
         roots = dict.fromkeys((*self.gain, *self.loss, *self._parents, *self._parents.values()))
         gains: dict[_Root, int] = defaultdict(int)
         for root in roots:
@@ -186,6 +190,7 @@ def _layout(lowered: LoweredProgram, owner: str) -> Layout:
 
 
 def _can_be_bytes(lowered: LoweredProgram, root: _Root) -> bool:
+    """Return whether bytes can store a structure, or an array in a program."""
     owner, name = root
     layout = _layout(lowered, owner)
     if isinstance(layout, FrameLayout) and name == OWN:

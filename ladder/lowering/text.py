@@ -101,6 +101,7 @@ class RungParser(ExpressionParser):
         return tuple(elements)
 
     def _branch(self) -> Branch:
+        """Read a branch; fail if branches are nested too deep."""
         if self._branches == BRANCHES:
             self.fail(f"at most {BRANCHES} nested branches", "another one")
         self._branches += 1
@@ -114,6 +115,7 @@ class RungParser(ExpressionParser):
         return Branch(tuple(legs))
 
     def _instruction(self) -> Instruction:
+        """Read an instruction; fail if it is unknown or the number of operands is wrong."""
         start = self.at
         name = self._match(NAME) or self.fail("an instruction")
         spec = self._specs.get(name.upper())
@@ -129,6 +131,7 @@ class RungParser(ExpressionParser):
         return Instruction(spec.name, operands)
 
     def _operands(self, spec: Spec) -> tuple[Operand, ...]:
+        """Read operands up to the closing parenthesis."""
         operands: list[Operand] = []
         if self.skip(")"):
             return ()
@@ -145,6 +148,7 @@ class RungParser(ExpressionParser):
             self.fail(f"{expected} operands of {spec.name}", str(len(operands)))
 
     def _operand(self, use: Use | None) -> Operand:
+        """Read an operand; its use decides whether it may be keywords, a byte order or omitted."""
         if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):
             return Address("")  # as in GSV(WallClockTime,,DateTime,Now)
         if use in (Use.KEYWORD, Use.LABEL, Use.ANYTHING) and (words := _WORDS.match(self.text, self.at)):
@@ -168,6 +172,7 @@ class RungParser(ExpressionParser):
         return self._characters(string) if string else super()._primary()
 
     def _characters(self, literal: re.Match[str]) -> Characters:
+        """Read a matched string literal; fail if an escape in it is wrong."""
         try:
             value = unquoted(literal.group(1))
         except ValueError as error:

@@ -144,7 +144,16 @@ Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
 
 
 class Guesses:
-    """Collects the uses of undeclared tags."""
+    """Collects the uses of undeclared tags.
+
+    Args:
+        missing: see `Missing`.
+        known: see `Known`.
+        of_call: see `OfCall`.
+        specs: all instructions, by name in capitals.
+        structures: candidates for structures, after the predefined ones.
+        files: whether tags are data files, as in an SLC 500.
+    """
 
     def __init__(
         self,
@@ -192,22 +201,21 @@ class Guesses:
                 self._parameters.note(program, routine.name, instruction)
 
     def _unify(self, program: str, a: Operand, b: Operand) -> None:
-        """Note that two operands have the same type if one of them is a structure."""
+        """Note that two operands have the same type if one of them is a structure, or has members."""
         kinds = self._kind(program, a), self._kind(program, b)
         kind = next((candidate for candidate in kinds if isinstance(candidate, Structure)), None)
         if not isinstance(a, Address) or not isinstance(b, Address):
             return
-        guesses = [self._note_address(program, operand, kind, None) for operand in (a, b)]
-        if (
-            guesses[0] is not None
-            and guesses[1] is not None
-            and (guesses[0].root.members or guesses[1].root.members)
-        ):
-            guesses[0].same_as(guesses[1])
+        first, second = (self._note_address(program, operand, kind, None) for operand in (a, b))
+        if first is None or second is None:
+            return
+        if first.root.members or second.root.members:
+            first.same_as(second)
 
     # --- instructions and statements
 
     def _read_instruction(self, program: str, instruction: Instruction) -> None:
+        """Note the uses of an instruction's operands, which suggest types to each other."""
         if instruction.name in ("GSV", "SSV"):
             self._read_attribute(program, instruction)
         uses, call_operands = self._uses(instruction.name), self._of_call(instruction.name)
@@ -232,6 +240,7 @@ class Guesses:
             self._note_pair(instruction, guesses[0], guesses[1])
 
     def _uses(self, name: str) -> Sequence[Use]:
+        """Return the uses of an instruction's first operands; the others are parameters."""
         if name == "JSR":
             return Use.ROUTINE, Use.CONSTANT
         spec = self._specs.get(name.upper())
@@ -299,8 +308,9 @@ class Guesses:
     def _length(self, instruction: Instruction) -> int:
         """Return an instruction's constant length; COMPUTED if it is computed, 0 if it has no length."""
         spec = self._specs.get(instruction.name.upper())
-        preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
-        counted = instruction.operands[preset] if preset < len(instruction.operands) else None
+        last = -1  # where COP and FLL have their length
+        position = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else last
+        counted = instruction.operands[position] if position < len(instruction.operands) else None
         if instruction.name == "SIZE" or isinstance(counted, Unknown):
             return COMPUTED
         return counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
@@ -312,6 +322,7 @@ class Guesses:
         return structure or (REAL if REAL in kinds else None)
 
     def _kind(self, program: str, operand: Operand) -> DataType | None:
+        """Return the type of an operand by its form, declaration or earlier uses; None if none decides."""
         if isinstance(operand, Number):
             return REAL if isinstance(operand.value, float) else None
         if isinstance(operand, Characters):
@@ -349,11 +360,13 @@ class Guesses:
         return kind if guess is None or kind is not None else self._likely(guess)
 
     def _likely(self, guess: Guess) -> DataType | None:
+        """Return the type that earlier uses make likely, STRING or BOOL; otherwise None."""
         if self._is_second_pass and guess.root.weak == [STRING]:
             return STRING
         return BOOL if BOOL in guess.root.votes else None
 
     def _read_statement(self, program: str, statement: Statement) -> None:
+        """Note the uses in a statement; `read` handles instructions."""
         if isinstance(statement, Invocation):
             return
         for operand in operands_in(statement):
@@ -371,6 +384,7 @@ class Guesses:
                 self._read_operation(program, operand, None, bits=False)
 
     def _read_assignment(self, program: str, statement: Assignment) -> None:
+        """Note the uses in an assignment, whose sides suggest types to each other."""
         value, target = statement.value, statement.target
         kind = self._kind(program, target) or self._kind(program, value)
         structure = kind if isinstance(kind, Structure) else None
@@ -384,6 +398,7 @@ class Guesses:
     def _read_operation(
         self, program: str, operand: Operand, partner: DataType | None, *, bits: bool
     ) -> None:
+        """Note the uses in an expression, whose result is a bit with `bits`; `partner` suggests a type."""
         pending: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
         while pending:
             node, is_bit, partner_here = pending.pop()
@@ -397,6 +412,7 @@ class Guesses:
                 ]
 
     def _read_subscripts(self, program: str, operand: Operand) -> None:
+        """Note the uses of tags in an operand's subscripts and bit numbers, which must be integers."""
         for address in addresses_in(operand):
             for step in address.steps:
                 inner = step.indices if isinstance(step, SubscriptStep) else ()
@@ -417,7 +433,10 @@ class Guesses:
     def _note_address(
         self, program: str, address: Address, needed: DataType | None, likely: DataType | None
     ) -> Guess | None:
-        """Note a use of an address; return the guess of its last member, None for a declared tag or a bit."""
+        """Note a use of an address; return the guess of its last member, None for a declared tag or a bit.
+
+        The use requires the type `needed`, or suggests the type `likely`.
+        """
         missing = self._missing(program, address)
         if missing is None:
             return None

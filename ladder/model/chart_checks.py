@@ -49,6 +49,7 @@ def unreached(chart: Chart) -> Iterator[ChartProblem]:
 
 
 def _name_problems(chart: Chart) -> Iterator[ChartProblem]:
+    """Yield problems with a chart's size, initial step, tags and links."""
     size = len(chart.elements)
     if size > MOST_ELEMENTS:
         text = f"it has {size:,} elements; must be at most {MOST_ELEMENTS:,}"
@@ -126,6 +127,7 @@ class _Net:
                     yield from self._fire(number, transition, open_steps)
 
     def _fire(self, number: int, transition: Transition, open_steps: list[str]) -> Iterator[ChartProblem]:
+        """Follow a transition to its targets, and add new ones to `open_steps`; yield unpaired branches."""
         joined = self._join([self.legs[name.upper()] for name in transition.sources])
         if joined is None:
             text = (
@@ -151,13 +153,13 @@ class _Net:
         """Return the branches around a step after a convergence; None if its sources do not match."""
         if len(sources) == 1:
             return sources[0]
-        divergences = {(source[:-1], source[-1][0]) if source else None for source in sources}
-        if len(divergences) != 1 or None in divergences:
+        if not all(sources):  # one is in no branch
             return None
-        number = sources[0][-1][0]
-        legs = [source[-1][1] for source in sources]
-        joined_legs = frozenset[int]().union(*legs)
-        if len(joined_legs) != sum(map(len, legs)):
-            return None
-        outer = sources[0][:-1]
-        return outer if len(joined_legs) == self._sizes[number] else (*outer, (number, joined_legs))
+        (*outer, (number, _)) = sources[0]
+        joined_legs: set[int] = set()
+        for *source_outer, (source_number, legs) in sources:
+            if (source_outer, source_number) != (outer, number) or joined_legs & legs:
+                return None
+            joined_legs |= legs
+        is_complete = len(joined_legs) == self._sizes[number]
+        return tuple(outer) if is_complete else (*outer, (number, frozenset(joined_legs)))

@@ -116,6 +116,7 @@ class ExpressionParser(Scanner):
             left = Operation(name, (left, self.expression(strength + 1)))
 
     def _unary(self) -> Operand:
+        """Read an operand after a minus, NOT or neither."""
         if self.text.startswith("-", self.at):
             return self._negative()
         negation = _NOT.match(self.text, self.at)
@@ -125,6 +126,7 @@ class ExpressionParser(Scanner):
         return self._primary()
 
     def _negative(self) -> Operand:
+        """Read a minus and its operand; with a number, they are one literal, except before **."""
         start = self.at
         self.skip("-")
         literal = _NUMBER.match(self.text, self.at)
@@ -139,6 +141,7 @@ class ExpressionParser(Scanner):
         return Operation("NEG", (self._inner(1, LEVEL["NEG"]),))
 
     def _primary(self) -> Operand:
+        """Read a parenthesized expression, a number, a function or an address."""
         if self.skip("("):
             inner = self._inner(1)
             if not self.skip(")"):
@@ -157,6 +160,7 @@ class ExpressionParser(Scanner):
         return self.address()
 
     def _number(self) -> Number:
+        """Read a number in any notation; its text is in the form that is printed."""
         literal = _NUMBER.match(self.text, self.at)
         if literal is None:
             self.fail("a number")
@@ -180,6 +184,7 @@ class ExpressionParser(Scanner):
         return Number(value, text)
 
     def _special(self, text: str) -> float:
+        """Return infinity or NaN from the text that exports print."""
         if text in _INFINITE:
             return math.inf
         if text not in _NOT_A_NUMBER:
@@ -187,6 +192,7 @@ class ExpressionParser(Scanner):
         return math.nan
 
     def _time(self, text: str) -> int:
+        """Return a time such as T#1m30s in ms."""
         parts = text.partition("#")[2]
         matches = list(_TIME_PART.finditer(parts))
         if "".join(match.group() for match in matches) != parts:
@@ -197,6 +203,7 @@ class ExpressionParser(Scanner):
         return int(total)
 
     def _integer(self, radix: int, digits: str, start: int) -> int:
+        """Return an integer; fail at `start` if a digit is wrong or it does not fit in 64 bits."""
         if len(digits) > MOST_DIGITS:
             self.at = start
             self.fail("a number of at most 64 bits", f"one of {len(digits)} digits")
@@ -213,7 +220,7 @@ class ExpressionParser(Scanner):
         return value
 
     def address(self) -> Address:
-        """Read an address."""
+        """Read an address: a tag, module or data file, and all its steps."""
         start = self.at
         base = _SLOT_FILE.match(self.text, self.at) or _BASE.match(self.text, self.at)
         if base is None:
@@ -244,6 +251,7 @@ class ExpressionParser(Scanner):
         return (word,)
 
     def _slash(self) -> Step:
+        """Read / and a bit's number or name."""
         match = _SLASH.match(self.text, self.at)
         if match is None:
             self.fail("a bit after /")
@@ -257,6 +265,7 @@ class ExpressionParser(Scanner):
         return int(digits)
 
     def _step(self) -> Step | None:
+        """Read one step of an address: subscripts, a bit or a member; return None at its end."""
         text = self.text
         if text.startswith("[", self.at):
             return self._subscripts()
@@ -280,6 +289,7 @@ class ExpressionParser(Scanner):
         return MemberStep(name.group())
 
     def _subscripts(self) -> SubscriptStep:
+        """Read the subscripts in brackets."""
         self._move_to(self.at + 1)
         indices = [self._inner(SUBSCRIPT)]
         while self.skip(","):

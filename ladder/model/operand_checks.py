@@ -144,6 +144,7 @@ def is_logical(resolved: Resolved) -> bool:
 
 
 def _is_condition(resolved: Resolved) -> bool:
+    """Return whether this is a comparison of numbers or strings, or a combination of comparisons."""
     if not isinstance(resolved, Calculation):
         return False
     if resolved.name in RELATIONS:

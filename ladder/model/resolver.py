@@ -62,7 +62,7 @@ from .tree import (
     WordStep,
     number,
 )
-from .types import DINT, INT, Elementary, Member, Structure, dims_text
+from .types import DINT, INT, DataType, Elementary, Member, Structure, dims_text
 
 _NAMES_LISTED = 12  # tags listed in a message
 
@@ -85,6 +85,7 @@ class AmbiguousTagError(AddressError):
 
 
 def _bits(word: int, bits: Iterable[object]) -> dict[str, tuple[int, int]]:
+    """Return the word and bit number of each flag by name, except reserved ones."""
     return {
         bit.name: (word, bit.value.bit_length() - 1)  # type: ignore[attr-defined]
         for bit in bits
@@ -266,8 +267,8 @@ class Resolver:
         name = address.name.upper()
         declaration = self._layout.declaration(name, program)
         if isinstance(declaration, Tag):
-            start = Group(declaration.type, declaration.name, (), declaration.dims, self._layout, str(shown))
-            return self._walk(start, address.steps)
+            kind, dims = declaration.type, declaration.dims
+            return self._walk(self._group(kind, declaration.name, dims, shown), address.steps)
         if isinstance(declaration, Alias):
             if depth > 20:
                 raise AddressError(f"alias {declaration.name} leads back to itself", "point it at a tag")
@@ -282,6 +283,10 @@ class Resolver:
         if (name in STATUS_FLAGS or name.startswith(HELD.upper())) and not address.steps:
             return Place(self._layout.leaf(name), (), None, str(shown))
         return self._image(name, address, shown)
+
+    def _group(self, kind: DataType, path: str, dims: tuple[int, ...], shown: Address) -> Group:
+        """Return a whole structure or array, before any subscript."""
+        return Group(kind, path, indices=(), dims=dims, layout=self._layout, text=str(shown))
 
     def _image(self, name: str, address: Address, shown: Address) -> Place | Group:
         """Resolve a part of a slot's image; raise an AddressError for an undeclared tag."""
@@ -316,7 +321,7 @@ class Resolver:
             return self._member_of_card(slot, name, member, steps[1:], shown)
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
-            return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
+            return self._walk(self._group(leaf.type, leaf.path, (), shown), steps[1:])
         raise _not_module_part_error(shown, words, output=output)
 
     def _member_of_card(
@@ -336,18 +341,19 @@ class Resolver:
         return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)
 
     def _module(self, slot: int, output: bool, shown: Address) -> Group:
+        """Return a whole image of a module; an input image also has the module's fault."""
         self._layout.image(slot, output=output)
         if not output:
             self._layout.fault(slot)
         path = f"Local:{slot}:{'O' if output else 'I'}"
         kind = module_type(self._layout.words(slot, output=output), output=output)
-        return Group(kind, path, (), (), self._layout, str(shown))
+        return self._group(kind, path, (), shown)
 
     def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
         if steps and isinstance(steps[0], BitStep):
             steps = (*_card_word_and_bit(steps[0]), *steps[1:])
         leaf = self._layout.image(slot, output=output)
-        return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
+        return self._walk(self._group(leaf.type, leaf.path, leaf.dims, shown), steps)
 
     def _by_meaning(self, alias: SlotAlias, steps: tuple[Step, ...], shown: Address) -> Place | Group:
         """Resolve a bit by group and name, such as `axis.status.MOVE_COMPLETE`."""
@@ -370,6 +376,7 @@ class Resolver:
         return Place(leaf, (constant(word),), constant(bit), str(shown))
 
     def _walk(self, group: Group, steps: tuple[Step, ...]) -> Place | Group:
+        """Return what the steps lead to from a group; raise an AddressError if one of them does not fit."""
         for position, step in enumerate(steps):
             if isinstance(step, (SubscriptStep, WordStep)):
                 group = self._subscript(group, step)
@@ -390,6 +397,7 @@ class Resolver:
         return Place(self._layout.leaf(group.path), group.indices, None, group.text, group.array)
 
     def _subscript(self, group: Group, step: SubscriptStep | WordStep) -> Group:
+        """Return an element of an array; raise an AddressError if the subscripts do not fit."""
         subscripts: tuple[Operand, ...] = (
             (number(step.index),) if isinstance(step, WordStep) else step.indices
         )
@@ -408,6 +416,7 @@ class Resolver:
         return replace(group, indices=group.indices + indices, dims=(), array=group.dims)
 
     def _index(self, operand: Operand, path: str) -> Resolved:
+        """Return a subscript or bit number; raise an AddressError unless it is an integer."""
         resolved = self.operand(operand)
         if not is_integer(resolved):
             raise AddressError(
@@ -416,6 +425,7 @@ class Resolver:
         return resolved
 
     def _member(self, group: Group, name: str) -> Group:
+        """Return a member of a structure; raise an AddressError if there is none."""
         if group.dims:
             raise AddressError(f"{group.path} is an array", f"write {group.path}[index].{name}")
         if isinstance(group.type, Elementary):
@@ -428,6 +438,7 @@ class Resolver:
         return replace(group, type=member.type, path=path, dims=member.dims, array=())
 
     def _bit(self, group: Group, step: BitStep | SlashStep) -> Place:
+        """Return a bit of an integer; raise an AddressError if there is none."""
         word = self._leaf(group)
         if isinstance(word, Group) or not word.type.is_integer:
             kind = "an array" if group.dims else group.type.name
@@ -439,6 +450,7 @@ class Resolver:
         return replace(word, bit=index)
 
     def _undeclared_error(self, name: str) -> AddressError:
+        """Return the error for an undeclared tag, with the tags that it may mean."""
         names = list(self._layout.names(self._program))
         elsewhere = [
             candidate

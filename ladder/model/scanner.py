@@ -43,6 +43,7 @@ class Scanner:
         raise RungTextError(expected, found, site)
 
     def _match(self, pattern: re.Pattern[str]) -> str | None:
+        """Move past a match and the white space after it; return the match, or None without moving."""
         match = pattern.match(self.text, self.at)
         if match is None:
             return None

@@ -141,25 +141,27 @@ def schedule_of(layout: Layout, tasks: Iterable[Task], programs: Iterable[Progra
 
 
 def _scheduled_program(layout: Layout, program: ProgramRoutines) -> ScheduledProgram:
+    """Return a program for the schedule, with new leaves for its state."""
     path = f"~program.{program.name}"
     return ScheduledProgram(
         program.name,
         program.main,
         program.fault,
-        layout.hidden(f"{path}.started", BOOL),
-        layout.hidden(f"{path}.fault_type", INT),
-        layout.hidden(f"{path}.fault_code", INT),
+        started=layout.hidden(f"{path}.started", BOOL),
+        fault_type=layout.hidden(f"{path}.fault_type", INT),
+        fault_code=layout.hidden(f"{path}.fault_code", INT),
     )
 
 
 def _scheduled_task(layout: Layout, task: Task, programs: tuple[ScheduledProgram, ...]) -> ScheduledTask:
+    """Return a task for the schedule, with new leaves for its state."""
     path = f"~task.{task.name}"
     return ScheduledTask(
         task,
         programs,
-        layout.hidden(f"{path}.due", LINT),
-        layout.hidden(f"{path}.pending", BOOL),
-        layout.hidden(f"{path}.overlaps", DINT),
+        due=layout.hidden(f"{path}.due", LINT),
+        pending=layout.hidden(f"{path}.pending", BOOL),
+        overlaps=layout.hidden(f"{path}.overlaps", DINT),
     )
 
 

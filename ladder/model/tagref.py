@@ -14,6 +14,8 @@ _COMPARE = {operator: name for name, operator in COMPARISONS.items()}
 
 
 def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, object], Expression]:
+    """Return the method for an operator; a reflected one reverses the operands."""
+
     def operate(left: Expression, right: object) -> Expression:
         operands = (operand_of(left), operand_of(right))
         return Expression(Operation(name, operands[::-1] if reflected else operands))
@@ -22,6 +24,8 @@ def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, obje
 
 
 def _relation(sign: str) -> Callable[[Expression, object], Instruction]:
+    """Return the method for a comparison; it makes a CMP if an operand is an operation."""
+
     def compare(left: Expression, right: object) -> Instruction:
         operands = (operand_of(left), operand_of(right))
         if any(isinstance(operand, Operation) for operand in operands):

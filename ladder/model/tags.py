@@ -211,7 +211,10 @@ class Layout:
 
     @property
     def leaves(self) -> Mapping[str, Leaf]:
-        """All leaves by path in capitals: status flags, those of the tags in their order, then the others."""
+        """All leaves by path in capitals: status flags, those of the tags in their order, then the others.
+
+        It creates the leaves of tags that do not exist yet.
+        """
         if not self._ordered:
             self._ordered = True
             self._unfold(*list(self._folded))
@@ -326,7 +329,10 @@ class Layout:
         return leaf
 
     def find(self, path: str) -> Leaf | None:
-        """Return a leaf by its case-insensitive path; None if it does not exist."""
+        """Return a leaf by its case-insensitive path; None if it does not exist.
+
+        A leaf of a tag is created when it is requested for the first time.
+        """
         name = path.upper()
         leaf = self._leaves.get(name)
         if leaf is None and self._folded:
@@ -403,6 +409,7 @@ class Layout:
         return self._find_spot(leaf, name)
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
+        """Return the place of a leaf, given its path in capitals, and cache it; None for a variable."""
         head = tag_in(name)
         if leaf.slot is not None and name in self.boxed:
             spot = spot_of(leaf.type, (), "", self.boxed[name])
@@ -518,6 +525,7 @@ class Layout:
         slot: int | None = None,
         output: bool = False,
     ) -> Leaf:
+        """Create a leaf with a path, and return it."""
         leaf = self._leaf(path, kind, dims, slot, output)
         self._leaves[path.upper()] = leaf
         return leaf
@@ -525,9 +533,10 @@ class Layout:
     def _leaf(
         self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
     ) -> Leaf:
-        return Leaf(path, kind, dims, self._ident(path), slot, output)
+        return Leaf(path, kind, dims, self._ident(path), slot=slot, output=output)
 
     def _ident(self, path: str) -> str:
+        """Return a new identifier for a path, with a number at the end if it is taken."""
         stem = _identifier(path)
         ident, number = stem, 1
         while ident in self._idents:
@@ -632,6 +641,7 @@ class FrameLayout(Layout):
         return head if head in self.inouts else OWN
 
     def _spot(self, name: str) -> Spot:
+        """Return the place of a path in capitals: in the instance, or in the argument of an InOut."""
         spot = self._spots.get(name)
         if spot is None:
             root = self.root_of(name)
@@ -649,12 +659,26 @@ class FrameLayout(Layout):
     def _leaf(
         self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
     ) -> Leaf:
+        """Return a new leaf of the instance or an InOut.
+
+        It has no identifier, because it has no variable.
+        """
         head = path.partition(".")[0].upper()
         if head not in self.inouts:
-            return Leaf(path, kind, dims, "", slot, output, self.frame, OWN)
+            return Leaf(path, kind, dims, ident="", slot=slot, output=output, frame=self.frame, root=OWN)
         tag = self.declarations[head]
         assert isinstance(tag, Tag)
-        return Leaf(path, kind, dims, "", slot, output, self.frame, head, len(tag.dims))
+        return Leaf(
+            path,
+            kind,
+            dims,
+            ident="",
+            slot=slot,
+            output=output,
+            frame=self.frame,
+            root=head,
+            outer=len(tag.dims),
+        )
 
 
 def _declared(member: Member) -> Declaration:

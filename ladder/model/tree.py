@@ -173,6 +173,7 @@ def _text_at(node: Operand, level: int) -> str:
 
 
 def _operation_text(node: Operation, strength: int) -> str:
+    """Return the text of an operation without outer parentheses; `strength` is its level."""
     if node.name == "NEG":
         inner = _text_at(node.operands[0], strength)
         return f"-({inner})" if inner[0] in "-0123456789" else f"-{inner}"

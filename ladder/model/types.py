@@ -188,6 +188,7 @@ _MEMBER = re.compile(r"(\w+)(?:\[(\d+)\])?(?:=(.+))?")
 
 
 def _initial(kind: DataType, value: str) -> object:
+    """Return an initial value from its text: a BOOL, a number, or a name in `_VALUES`."""
     if value in _VALUES:
         return _VALUES[value]
     if kind is BOOL:
@@ -362,6 +363,7 @@ def fields_of(kind: DataType) -> tuple[Field, ...]:
 
 
 def _fields_in(kind: Structure) -> Iterator[Field]:
+    """Yield the place of each elementary value in a structure."""
     for member, begin, bit in members_at(kind):
         name = member.name
         if member.type is BOOL:
@@ -398,16 +400,17 @@ class _Layout:
     """Lays out a type once: adjacent BOOLs share bytes, other members are aligned to their size."""
 
     def __init__(self, kind: DataType) -> None:
-        self.places: list[tuple[Member, int, int | None]] = []
-        self.size = 0
-        self._open_byte: int | None = None
-        self._bits_used = 0
+        self.places: list[tuple[Member, int, int | None]] = []  # member, byte, and for a BOOL its bit
+        self.size = 0  # bytes so far
+        self._open_byte: int | None = None  # the byte of adjacent BOOLs; None if the last member is no BOOL
+        self._bits_used = 0  # in the open byte
         if isinstance(kind, Elementary):
             self.size = max(1, kind.bits // 8)
         else:
             self._add_structure(kind)
 
     def _add_structure(self, kind: Structure) -> None:
+        """Place all members with their own memory; bits of a predefined structure share its first word."""
         if any(member.bit is not None for member in kind.members):
             self.size = 4 if any((member.bit or 0) > 15 for member in kind.members) else 2
         for member in kind.own:
@@ -422,6 +425,7 @@ class _Layout:
         self.size = -(-self.size // alignment) * alignment
 
     def _add_packed_bool(self, member: Member) -> None:
+        """Place a BOOL in the next free bit of a byte."""
         if self._open_byte is None or self._bits_used == 8:
             self._open_byte, self._bits_used = self.size, 0
             self.size += 1
@@ -429,6 +433,7 @@ class _Layout:
         self._bits_used += 1
 
     def _add_member(self, member: Member) -> None:
+        """Place a member at its alignment; an array of BOOL has whole DINTs."""
         alignment = _alignment(member.type)
         self.size = -(-self.size // alignment) * alignment
         self.places.append((member, self.size, None))

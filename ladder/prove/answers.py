@@ -120,7 +120,7 @@ class Answer:
 def answer(
     problem: ProgramSystem, program: MonitoredProgram, watched: WatchedClaim, limits: Limits = LIMITS
 ) -> Answer:
-    """Decide a claim about a program."""
+    """Decide a watched claim about a program; a run in the answer is a confirmed one, see `smallest`."""
     with _assuming(problem, watched.assume):
         bad = problem.after(watched.bit)
         cone = problem.cone([bad, problem.narrowed([bad])])
@@ -133,20 +133,18 @@ def answer(
     held_values = sorted(
         (number.named(tag_text(layout, number.key)), number.value) for number in verdict.held
     )
+    assumptions = [assumption.text for assumption in (*program.assumptions, *assumed_claims)]
     return Answer(
         watched.claim,
         verdict,
         scans,
-        tuple(steps_of(layout, scans)),
-        tuple(held_values),
-        (
-            *assumed(problem.happens),
-            *[assumption.text for assumption in (*program.assumptions, *assumed_claims)],
-        ),
-        sum(name in problem.key_of for name in cone),
-        len(problem.machine.vars),
-        advice(verdict.blame, _numbers_in(problem, cone)),
-        tuple(_end_of(program.program, scans, watched.bit)),
+        steps=tuple(steps_of(layout, scans)),
+        held=tuple(held_values),
+        assumed=(*assumed(problem.happens), *assumptions),
+        deciding=sum(name in problem.key_of for name in cone),
+        tags=len(problem.machine.vars),
+        advice=advice(verdict.blame, _numbers_in(problem, cone)),
+        end=tuple(_end_of(program.program, scans, watched.bit)),
     )
 
 

@@ -75,11 +75,11 @@ class _ScriptWriter:
 
     def __init__(self) -> None:
         self.script = Script()
-        self.states: dict[str, dict[str, str]] = {}
-        self.late: dict[str, str] = {}
-        self.ranges: list[dict[str, Any]] = []
-        self._memo: dict[int, Any] = {}
-        self._declared: dict[str, Text] = {}
+        self.states: dict[str, dict[str, str]] = {}  # next and initial value of each state, by declared name
+        self.late: dict[str, str] = {}  # initial values of late variables, by declared name
+        self.ranges: list[dict[str, Any]] = []  # conditions that keep variables in their intervals
+        self._memo: dict[int, Any] = {}  # translated terms by id
+        self._declared: dict[str, Text] = {}  # declared variables by name
 
     def part(self, certificate: Certificate) -> dict[str, Any]:
         """Write the terms of a proof; return their roles."""
@@ -116,6 +116,7 @@ class _ScriptWriter:
         return formula
 
     def _lookup(self, certificate: Certificate, v: T) -> Text:
+        """Return the text of a variable: the value of a held one, or a name that is declared once."""
         if v.val in certificate.held:
             formula: Text = literal(self.script, v, certificate.initial[v.val])
             return formula

@@ -65,6 +65,7 @@ class KeptBy:
         in_force: set[Words] = {(0,) * 8}  # possibly in force: images don't show when exchanges happen
 
         def keeps() -> bool:
+            """Return whether some outputs explain the inputs; keep the outputs possibly in force now."""
             nonlocal was, in_force
             now, sent = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
             possible = in_force if self.at_rpi else {sent}

@@ -165,7 +165,7 @@ class _Comparison:
         self.unknowns = SharedUnknowns(self.old, self.new)
 
     def difference(self) -> Difference:
-        """Compare the two systems."""
+        """Compare the systems; skip the search if form, types and initial values are the same."""
         old, new = _written(self.old), _written(self.new)
         common = self._common_keys(old | new)
         outputs = self._outputs(key for key in common if key != FAULT)
@@ -224,8 +224,10 @@ class _Comparison:
             if all(leaf is not None and key[1] < leaf.size for leaf in leaves):
                 common.append(key)
                 for problem in (self.old, self.new):
-                    problem.after(key)
-        return [*common, *[FAULT] * any(STOPPED in side.next for side in (self.old, self.new))]
+                    problem.after(key)  # creates the term, so that the state has the key
+        if any(STOPPED in side.next for side in (self.old, self.new)):
+            common.append(FAULT)
+        return common
 
     def _have_equal_values(self) -> bool:
         """Return whether both programs have the same values, with the same types and initial values."""
@@ -282,6 +284,7 @@ class _Comparison:
         return old, self._in_new(new)
 
     def _differ(self, key: Key) -> T:
+        """Return the condition that a value differs after a scan; TRUE if its kind differs."""
         old, new = self._pair(key)
         return TRUE if old.kind != new.kind else not_(same(old, new))
 
@@ -370,8 +373,10 @@ class _Comparison:
             system.initial[shared_name] = new.initial[name]
             if name in new.next:
                 system.next[shared_name] = self._in_new(new.next[name])
-            system.held |= {shared_name} if name in new.held else set()
-            system.late |= {shared_name} if name in new.late else set()
+            if name in new.held:
+                system.held.add(shared_name)
+            if name in new.late:
+                system.late.add(shared_name)
         return system
 
     def _changed(self, system: System, key: Key, *, now: bool, surely: bool) -> ChangedValue | None:
@@ -435,6 +440,7 @@ class _Base:
         return None
 
     def _frame(self, number: int) -> Frame:
+        """Return the scan with a number, from 0; make it if it follows the last one made."""
         if number == len(self._frames):
             previous = self._frames[-1] if self._frames else None
             with self._system.narrowing(self._roots):
@@ -478,11 +484,13 @@ def _marked(order: Sequence[T], names: set[str]) -> set[int]:
 
 
 def _initial(problem: ProgramSystem, path: str) -> str:
+    """Return the initial values of a tag as text; "" if the memory does not have it."""
     memory, leaf = problem.engine.memory, problem.lowered.layout.leaf(path)
     return repr(memory.values(leaf)) if memory.has(leaf) else ""
 
 
 def _is_shown(key: Key) -> bool:
+    """Return whether a place is a tag that users know, not a hidden place or a system flag."""
     return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
 
 

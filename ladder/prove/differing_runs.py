@@ -96,6 +96,7 @@ def _free(problem: ProgramSystem) -> dict[str, T]:
 
 
 def _random_value(rng: Random, v: T, likely: float) -> Any:
+    """Return a random value of a variable; `likely` is the probability that a bit is true."""
     if v.kind == BOOL:
         return rng.random() < likely
     if v.kind == INT:

@@ -147,6 +147,7 @@ class _Proof:
         return result
 
     def _decide(self, cone: dict[str, T]) -> None:
+        """Prove or refute the property; for an open answer, note everything that may prevent one."""
         system, result = self.system, self.result
         result.held = system.held_numbers(cone, [self.bad])
         if self.bad is FALSE:
@@ -159,6 +160,7 @@ class _Proof:
     # --- the two questions
 
     def _search(self, cone: dict[str, T]) -> None:
+        """Search scan by scan for a run that breaks the property, and for an induction that proves it."""
         system, limits = self.system, self.limits
         base, steps = Solver(limits.fuse), _Steps(system, self.bad, limits)
         run: Frame | None = None
@@ -181,7 +183,7 @@ class _Proof:
                 return
             if k == STRETCHED_FROM and self._refute_stretched(cone):
                 return
-        self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
+        self._unknown(f"the limit of {limits.scans} scans", *([fuse_text()] if steps.blown else []))
 
     def _reason_to_stop(self, base: Solver, base_answer: str, scan: int) -> str:
         """Return the limit reached, or say that no run satisfies the assumptions; "" to continue."""
@@ -196,12 +198,14 @@ class _Proof:
         return f"{fuse_text()}, in scan {scan}" if assumptions == UNKNOWN else ""
 
     def _count(self, base: Solver, steps: _Steps) -> None:
+        """Update the work and the solver's steps in the result."""
         self.result.work = base.work + steps.work
         self.result.steps = base.steps + steps.steps
 
     # --- answers
 
     def _proved(self, k: int, found: Sequence[Invariant] = ()) -> None:
+        """Note a proof by `k`-induction with the invariants `found`, if the relation can be trusted."""
         if not self._follows():
             return
         system, result = self.system, self.result
@@ -227,6 +231,7 @@ class _Proof:
         return bool(system.follows)
 
     def _unknown(self, *blame: str) -> None:
+        """Note why the property stays undecided."""
         self.result.blame = (*self.result.blame, *blame)
 
     def _refute(self, base: Solver, run: Frame, broken: Any) -> None:
@@ -260,6 +265,7 @@ class _Proof:
             base.check(broken)  # repeat the first question, for its model
 
     def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
+        """Return whether a replay ends, in its last scan, with the fault that is asked about."""
         fault = replayed.fault
         return fault is not None and fault.site == self.fault and replayed.scans_done == scans - 1
 
@@ -292,6 +298,7 @@ class _Proof:
             self._unknown(f"the processor writes {', '.join(names)} itself")
 
     def _refuted(self, scans: list[dict[str, Any]]) -> None:
+        """Note the run that breaks the property in its last scan, as a scenario."""
         self.result.kind, self.result.k = VerdictKind.REFUTED, len(scans)
         self.result.scans = scenario(self.system, scans)
 
@@ -320,6 +327,7 @@ class _Proof:
         return False
 
     def _done_in_short_scans(self, longer: ProgramSystem, scans: list[dict[str, Any]]) -> bool:
+        """Return whether the rack's scans break the property too; if so, note the refutation."""
         system, key = self.system, self.key
         assert isinstance(system, ProgramSystem)
         assert key is not None
@@ -395,11 +403,12 @@ class _Steps:
     def proves(self, most: int) -> bool:
         """Check the steps up to `most`; return whether one of them proves the property."""
         while self._open and self.k < min(most, self.limits.k):
-            if self._follows():
+            if self._next_step_proves():
                 return True
         return False
 
-    def _follows(self) -> bool:
+    def _next_step_proves(self) -> bool:
+        """Add a scan; return whether the property follows in it. If it can't be decided, end the steps."""
         solver = self._solver
         self._last = Frame(self.system, solver, self._last)
         for invariant in self.found:

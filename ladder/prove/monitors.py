@@ -205,9 +205,7 @@ def never_routines(program: LadderLogic) -> list[Routine]:
     """Return a program's NEVER routines; raise a LadderError if one can't be a monitor."""
     monitors = [candidate for candidate in program.routines if _short(candidate.name).upper() == NEVER]
     built = program.build()
-    called = (
-        {name for routine in built.routines.values() for name in calls_of(routine)} if monitors else set()
-    )
+    called = {name for routine in built.routines.values() for name in calls_of(routine)}
     for monitor in monitors:
         if monitor.name.upper() in called | built.roots:
             raise LadderError(
@@ -254,6 +252,7 @@ class _Maker:
     # --- routines NEVER
 
     def _never(self, routine: Routine) -> None:
+        """Lower a NEVER routine as a monitor; watch the end of each rung, or each bit that it assigns."""
         scope = program_of(routine.name)
         if routine.statements is not None:
             self._add(scope, replace(routine, name=f"{_short(routine.name)}__"))
@@ -261,7 +260,8 @@ class _Maker:
                 if isinstance(statement, Assignment) and _is_bit(self._lowering, statement.target):
                     site = Site(scope, routine.name, statement.line, unit="line", file=statement.origin.file)
                     name = f"{_short(routine.name)} line {statement.line}"
-                    self._claim(Claim(name, ClaimKind.NEVER, str(statement.target), (), scope, site))
+                    claim = Claim(name, ClaimKind.NEVER, str(statement.target), scope=scope, site=site)
+                    self._claim(claim)
             return
         bits, rungs = [], []
         for index, rung in enumerate(routine.rungs):
@@ -276,6 +276,7 @@ class _Maker:
     # --- claims
 
     def _claim(self, claim: Claim) -> None:
+        """Lower the condition of a claim and the conditions that it assumes; watch it."""
         conditions = tuple(self._condition(claim, text, broken=False) for text in claim.assume)
         negated, broken = claim.kind is ClaimKind.ALWAYS, claim.kind in (ClaimKind.ALWAYS, ClaimKind.NEVER)
         bit = self._condition(claim, claim.text, broken=broken, negated=negated)
@@ -312,7 +313,7 @@ class _Maker:
         return block[0].value
 
     def _latch(self, scope: str, text: str) -> str:
-        """Return the tag of `old(text)`."""
+        """Return the name of the tag for `old(text)`; declare the tag at the first use."""
         existing = self._old.get((scope, text))
         if existing is not None:
             return existing[0]
@@ -343,6 +344,7 @@ class _Maker:
     # --- lowering
 
     def _new_bit(self) -> str:
+        """Declare a bit for a monitor; return its name."""
         self._bits += 1
         name = f"Prove__{self._bits}"
         self._lowering.lowered.layout.declare(Tag(name, BOOL))
@@ -402,7 +404,7 @@ def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
     site = Site(program_of(routine.name), routine.name, index, file=origin.file, line=origin.line or None)
     lines = rung.comment.splitlines()
     name = lines[0].strip() if lines else f"{_short(routine.name)} rung {index}"
-    return Claim(name, ClaimKind.NEVER, str(rung), (), program_of(routine.name), site)
+    return Claim(name, ClaimKind.NEVER, str(rung), scope=program_of(routine.name), site=site)
 
 
 def _short(routine: str) -> str:
@@ -411,6 +413,7 @@ def _short(routine: str) -> str:
 
 
 def _is_bit(lowering: Lowering, address: Address) -> bool:
+    """Return whether an address is a bit or a BOOL; False if it can't be resolved."""
     try:
         place = lowering.resolver.address(address)
     except AddressError:

@@ -101,8 +101,8 @@ class Run:
     def __init__(self, problem: ProgramSystem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
         self.before: dict[str, Any] = {}  # values of all variables before the latest scan
-        self._chosen: Values = {}  # in the previous scan
-        self._chosen_before: Values = {}
+        self._chosen: Values = {}  # in the latest scan
+        self._chosen_before: Values = {}  # in the scan before it
         self.set_bits: dict[Key, int] = {}  # numbers that had bits written before the latest scan
 
     def scan(self, values: Values) -> dict[str, Any]:
@@ -143,6 +143,7 @@ class Run:
                 self.set_bits[key] = after
 
     def _before(self, off: int) -> dict[str, Any]:
+        """Return the values of all variables before a scan; `off` is the time in program mode in ticks."""
         problem, engine = self.problem, self.engine
         values: dict[str, Any] = {}
         for key, variable in problem.machine.vars.items():
@@ -180,9 +181,10 @@ MOST_OFF_MS = 3_600_000
 
 
 def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> ReplayedRun:
-    """Run a scenario whose last scan should break the property."""
+    """Run a scenario; return whether its last scan breaks the property, and what the program computed."""
     run, result = Run(problem), ReplayedRun()
     before: dict[str, Any] = {}
+    # states that are no places of the program, such as the values before the previous scan
     remembered = [name for name in problem.next if name not in problem.key_of]
     remember = Evaluator([problem.next[name] for name in remembered])
     for number, values in enumerate(scans):
@@ -239,6 +241,7 @@ def _learn(
 
 
 def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> dict[str, Any]:
+    """Return the values of unmodeled variables that some place shows after a scan, by name."""
     keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
     keys.sort()
     roots = [problem.machine.state[key] for key in keys]
@@ -249,7 +252,7 @@ def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> d
     havocs: dict[str, Any] = {}
     for key, root in zip(keys, roots, strict=True):
         term = root
-        while term.op == "ite":
+        while term.op == "ite":  # go to the value that the place has in this scan
             term = term.args[1] if values[term.args[0].id] else term.args[2]
         if term.op == "var" and term.val in problem.unmodeled:
             havocs[term.val] = run.after(key)

@@ -50,7 +50,7 @@ class SharedUnknowns:
     shared: set[str] = field(default_factory=set)
 
     def match(self, own_of: dict[str, T], in_new: InNew, unshared: set[str]) -> None:
-        """Choose a variable for each unknown value of the new program.
+        """Choose a variable for each unknown value of the new program; fill the attributes.
 
         Args:
             own_of: receives the variables, by their names in the new program.
@@ -80,12 +80,12 @@ class SharedUnknowns:
                 own_of[variable.val] = twin
                 self.shared.add(twin.val)
                 continue
-            own_of[variable.val] = own(variable)
-            self.known[own_of[variable.val].val] = new
+            apart = own_of[variable.val] = own(variable)
+            self.known[apart.val] = new
             for partner, old_origin in pairs[:MOST_PAIRS] if not new.strict else ():
-                fact = or_(not_(_arguments_equal(new, old_origin)), same(partner, own_of[variable.val]))
+                fact = or_(not_(_arguments_equal(new, old_origin)), same(partner, apart))
                 if fact is not TRUE:
-                    self.facts.append((frozenset((partner.val, own_of[variable.val].val)), fact))
+                    self.facts.append((frozenset((partner.val, apart.val)), fact))
 
     def strict(self) -> Iterable[str]:
         """Return the shared variables of strict functions."""

@@ -95,7 +95,14 @@ def planned(old: Engine, new: LoweredProgram) -> Edit:
             (changed if name in incomplete else kept).append(tag.name)
     dropped = (tag.name for name, tag in old_tags.items() if name not in new_tags)
     restated = tuple(_restated(old, new, leaves))
-    return Edit(old.now_ns, tuple(kept), tuple(fresh), tuple(changed), tuple(dropped), restated)
+    return Edit(
+        old.now_ns,
+        kept=tuple(kept),
+        new=tuple(fresh),
+        changed=tuple(changed),
+        dropped=tuple(dropped),
+        restated=restated,
+    )
 
 
 def _kept_leaves(old: Layout, new: Layout) -> list[Leaf]:
@@ -116,6 +123,7 @@ def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterato
 
 
 def _restated_initials(old: Engine, new: LoweredProgram, kept_paths: Container[str]) -> Iterator[str]:
+    """Yield the kept tags whose initial value was edited and differs from their value."""
     tags = old.lowered.layout.tags()
     for name, tag in new.layout.tags().items():
         if name in kept_paths and not tag.dims and tag.initial not in (None, tags[name].initial):
@@ -220,6 +228,7 @@ def _shortages(name: str, stored: Any, present: Any) -> Iterator[str]:
 
 
 def _stored(text: str) -> dict[str, list[Any]]:
+    """Return the type and the value of each tag in a file; raise a LadderError for another text."""
     try:
         data = json_value(text, TextKind.RETAINED)
     except ValueError as error:

@@ -48,6 +48,7 @@ class Engine:
         scanner: Callable[[Engine], Callable[[int], object]] | None = None,
         memory: Memory | None = None,
     ) -> None:
+        """Create an engine; `scanner` returns its compiled scan. Without one, the interpreter scans."""
         self.lowered = lowered
         self.memory = memory or self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
         self.memory.put_outputs(lowered.outputs)
@@ -118,6 +119,7 @@ class Engine:
         self.interpreter.prescan()
 
     def _scan_at(self, now_ns: int, first: bool) -> None:  # positional: keywords cost 1 % of a scan
+        """Do one scan; endless recursion is a fault, and an interruption gets a note where it happened."""
         self.now_ns = now_ns
         self.fault_log.new_scan(now_ns)
         try:
@@ -134,6 +136,7 @@ class Engine:
             raise
 
     def _run_logic(self, now_ns: int, first: bool) -> None:
+        """Run one scan between the opening and closing hooks; TND of an SLC 500 does not skip the hooks."""
         for hook in self.lowered.opening:
             hook(self, first)
         try:
@@ -147,6 +150,7 @@ class Engine:
             close(self)
 
     def _first_logic(self, now_ns: int) -> None:
+        """Run the first scan, after prescan unless the program resumes; S:FS is on unless it resumes."""
         is_start, self._started = not self._started, True
         if is_start and self.lowered.outputs:
             self._put_outputs()

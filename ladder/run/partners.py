@@ -93,6 +93,7 @@ def connect(
 
 
 def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, remote: Remote) -> Connection:
+    """Return the connection of a consumed tag; its status is the first member of the type for it."""
     resolved = tags.where(name)
     rpi_ns = stub.rpi_ns or remote.rpi_ns or RPI_NS
     kind = resolved.type if isinstance(resolved, Group) and not resolved.dims else None

@@ -70,6 +70,7 @@ class Tags:
         return tag
 
     def _resolve(self, name: str) -> Place | Group:
+        """Return and cache the place of a name; raise a ValueError if it is unknown or an unused image."""
         tag: Place | Group | None = self._cache.get(name)
         if tag is None:
             tag = self._resolver.named(name)
@@ -79,12 +80,14 @@ class Tags:
         return tag
 
     def _get(self, place: Place) -> bool | int | float:
+        """Return the value at a place; a bit of a word and a BOOL as a bool."""
         value = self._memory.read(place.leaf, self._flat(place.indices, place) if place.indices else 0)
         if place.bit is None:
             return bool(value) if place.type.is_bool else value
         return bool(int(value) >> self._index(place.bit, place.leaf.type.bits, place) & 1)
 
     def _set(self, place: Place, value: bool | int | float) -> None:
+        """Write a value of the place's type; for a bit, change that bit of its word."""
         index = self._flat(place.indices, place)
         if place.bit is not None:
             bits = place.leaf.type.bits
@@ -95,6 +98,7 @@ class Tags:
         self._memory.write(place.leaf, index, value)
 
     def _flat(self, indices: tuple[Resolved, ...], tag: Place | Group) -> int:
+        """Return the flat index that subscripts select; 0 without subscripts."""
         if not indices:
             return 0
         dims = tag.leaf.dims if isinstance(tag, Place) else self._dims(tag)
@@ -104,6 +108,7 @@ class Tags:
         return flat
 
     def _dims(self, group: Group) -> tuple[int, ...]:
+        """Return the dimensions of a group's first leaf, which begin with those of the group."""
         prefix = group.path.upper()
         leaves = self._lowered.layout.leaves
         return next(
@@ -111,12 +116,14 @@ class Tags:
         )
 
     def _index(self, index: Resolved, length: int, tag: Place | Group) -> int:
+        """Return a subscript or bit number; raise a ValueError if it is out of range."""
         value = self._value(index)
         if not 0 <= value < length:
             raise ValueError(f"{tag.text}: index {value} is out of range; must be 0 to {length - 1}")
         return value
 
     def _value(self, index: Resolved) -> int:
+        """Return the current value of a subscript."""
         if isinstance(index, Constant):
             return int(index.value)
         if isinstance(index, Place):

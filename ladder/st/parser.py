@@ -98,7 +98,10 @@ class _Comment:
 
 
 class _Reader:
-    """Reads one text and converts its nodes to statements."""
+    """Reads one text and converts its nodes to statements.
+
+    The method for each kind of node gets the children that the method of `Syntax` for this kind returns.
+    """
 
     def __init__(
         self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec], *, regions: bool
@@ -107,7 +110,7 @@ class _Reader:
         self._comments: list[_Comment] = []
         self._full_text = text
         self._text = _SKIPPED.sub(self._blank, text)
-        self._comments.reverse()
+        self._comments.reverse()  # the next comment is the last one
 
     def _blank(self, match: re.Match[str]) -> str:
         """Store a comment and return white space of its length; return other matches unchanged."""
@@ -122,6 +125,7 @@ class _Reader:
         return re.sub(r"[^\n]", " ", match.group())
 
     def block(self) -> Block:
+        """Read the whole text; raise a RungTextError for an error or for nesting that is too deep."""
         try:
             block = self._block(Body(Syntax(self._text).all_statements(), len(self._text)))
         except MisplacedError as error:
@@ -140,6 +144,7 @@ class _Reader:
         return (*statements, Empty(comment=comment)) if comment else statements
 
     def _statement(self, node: Node) -> Statement:
+        """Make a statement with its position and comments: those before it, and those at its end."""
         comment = self._comments_before(node.start)
         statement = _MAKERS[node.kind](self, node.children)
         trailing = self._comment_after(node.end)
@@ -154,19 +159,21 @@ class _Reader:
         return Assignment(target, self._checked(value, base), retentive=operator.type == "ASSIGN")
 
     def _invocation(self, children: Sequence[Any]) -> Statement:
+        """Make a statement of an instruction; fail for an unknown name or a wrong number of operands."""
         name, *arguments = children
         spec = self._specs.get(name.upper())
         if spec is None:
             self._fail(name.start, f"an instruction; {name} is unknown")
         if expected := spec.expected_count(len(arguments)):
             self._fail(name.start, f"{expected} operands of {spec.name}", str(len(arguments)))
-        uses = [*spec.operands, *[Use.PARAMETERS] * len(arguments)]
+        uses = [*spec.operands, *[Use.PARAMETERS] * len(arguments)]  # also for arguments beyond the operands
         operands = [
             self._argument(use, argument, name) for use, argument in zip(uses, arguments, strict=False)
         ]
         return Invocation(Instruction(spec.name, tuple(operands)))
 
     def _argument(self, use: Use, operand: Operand, name: Mark) -> Operand:
+        """Return an operand as its use requires; a MODE gets its usual spelling."""
         if use is Use.MODE:
             mode = str(operand).upper()
             if mode not in BYTE_ORDER_OF:
@@ -218,15 +225,18 @@ class _Reader:
     # --- positions, comments, errors
 
     def _checked(self, operand: Any, mark: Mark) -> Any:
+        """Return an operand; fail at a mark if it has too many levels."""
         if levels_of(operand) > LEVELS:
             self._fail(mark.start, *TOO_MANY_LEVELS)
         return operand
 
     def _position(self, position: int) -> tuple[int, Origin]:
+        """Return the line in the text, from 1, and the origin in the file."""
         line = self._full_text.count("\n", 0, position)
         return line + 1, Origin(self._file, self._lines[line])
 
     def _comments_before(self, end: int) -> str:
+        """Remove and return the comments that begin before a position."""
         comments = []
         while self._comments and self._comments[-1].start < end:
             comments.append(self._comments.pop().text)
@@ -243,6 +253,7 @@ class _Reader:
         return "\n".join(comments)
 
     def _fail(self, position: int, expected: str, actual: str | None = None) -> NoReturn:
+        """Raise a RungTextError at a position; the actual text is by default the word there."""
         text_before = self._full_text[:position]
         column = position - (text_before.rfind("\n") + 1) + 1
         line = self._lines[text_before.count("\n")]

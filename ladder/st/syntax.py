@@ -152,6 +152,7 @@ class Syntax:
         return self._step()
 
     def _fail(self) -> NoReturn:
+        """Raise a MisplacedError at the current mark, which names the terminals that were tried."""
         mark = self._marks[self._index]
         if not mark.type:
             raise MisplacedError(mark.start, "structured text", str(mark))
@@ -195,6 +196,7 @@ class Syntax:
         return "assignment", self._ended(name, *steps, mark, self._expression())
 
     def _arguments(self) -> list[Any]:
+        """Read the arguments of an invocation up to its closing parenthesis; an omitted one has no name."""
         arguments: list[Any] = []
         if self._skip("RPAR"):
             return arguments
@@ -209,6 +211,7 @@ class Syntax:
         return arguments
 
     def _if(self, mark: Mark) -> tuple[str, list[Any]]:
+        """Read an IF after its first keyword; each IF or ELSIF is an arm, and ELSE is None without one."""
         arms: list[Conditional] = []
         while mark.type in ("IF", "ELSIF"):
             self._begin = mark.start
@@ -221,6 +224,7 @@ class Syntax:
         return "if", self._ended(arms, otherwise)
 
     def _case(self, mark: Mark) -> tuple[str, list[Any]]:
+        """Read a CASE after its keyword; ELSE is None without one."""
         selector = self._expression()
         self._expect("OF")
         choices: list[LabeledBody] = []
@@ -234,6 +238,7 @@ class Syntax:
         return "case", self._ended(mark, selector, choices, otherwise)
 
     def _choice(self) -> LabeledBody:
+        """Read a choice of a CASE; its statements end before the next label, ELSE, or END_CASE."""
         ranges = [self._range()]
         while self._skip("COMMA"):
             ranges.append(self._range())
@@ -243,6 +248,7 @@ class Syntax:
         return LabeledBody(ranges, colon, Body(nodes, end))
 
     def _range(self) -> tuple[Number, Number]:
+        """Read a range of numbers, or one number as both ends."""
         low = self._label()
         return low, self._label() if self._skip("DOTS") else low
 
@@ -253,6 +259,7 @@ class Syntax:
         return number_of(self._expect("NUMBER"))
 
     def _for(self, mark: Mark) -> tuple[str, list[Any]]:
+        """Read a FOR after its keyword; the step is None without BY."""
         name = self._expect("BASE")
         count = Address(str(name), self._steps())
         self._expect("ASSIGN")
@@ -317,6 +324,7 @@ class Syntax:
         return operand
 
     def _primary(self) -> Operand:
+        """Read a number, a string, an address, a function call, or an expression in parentheses."""
         mark = self._expect(*OPERANDS - {"NOT", "MINUS"})
         if mark.type == "NUMBER":
             return number_of(mark)
@@ -329,6 +337,7 @@ class Syntax:
         return operand
 
     def _function(self, mark: Mark) -> Operand:
+        """Read the one argument of a function, after the opening parenthesis."""
         operand = self._inner()
         self._expect("RPAR")
         name = FUNCTION_NAMES.get(mark.upper())
@@ -337,6 +346,7 @@ class Syntax:
         return Operation(name, (operand,))
 
     def _steps(self) -> tuple[Step, ...]:
+        """Read the members, bits and subscripts after the name of a tag."""
         steps: list[Step] = []
         while self._next("MEMBER", "BIT", "COMPUTED", "LSQB"):
             mark = self._step()
@@ -376,6 +386,7 @@ def _negative(positive: Number) -> Number:
 
 
 def _characters(mark: Mark) -> Characters:
+    """Return the characters of a string literal; raise a MisplacedError for a wrong escape."""
     try:
         return Characters(unquoted(mark[1:-1]))
     except ValueError as error:

@@ -184,6 +184,7 @@ def stor(faults: FaultLog, site: int, text: bytes, kind: Elementary, name: str) 
 def _number(
     faults: FaultLog, site: int, pattern: re.Pattern[bytes], text: bytes, kind: Elementary, name: str
 ) -> int | float | None:
+    """Return the first number in a text, 0 without one, None for b""; record a fault if it does not fit."""
     if not text:
         return None
     match = pattern.search(text)

@@ -45,7 +45,8 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], first_bit: int, 
         view, bits = (BITS, 1) if kind is BOOL else (kind.code, kind.bits)
         tag.put(view, first_bit // bits, checked("", kind, value))
     elif isinstance(value, str):
-        capacity, characters = kind.members[1].dims[-1], value.encode("latin-1", errors="replace")
+        capacity = kind.members[1].dims[-1]  # of DATA, after LEN
+        characters = value.encode("latin-1", errors="replace")
         if len(characters) > capacity or not kind.is_string:
             raise ValueError
         set_chars(tag, first_bit // 8, capacity, characters)

@@ -49,6 +49,7 @@ def listing_of(layout: Layout) -> Listing:
 
 
 def _listed(layout: Layout) -> Iterator[ListedTag]:
+    """Yield each tag, with its name in its program."""
     for tag in layout.tags().values():
         program = program_of(tag.name)
         name = tag.name[len(program) + 2 :] if program else tag.name
@@ -100,6 +101,7 @@ def _control_word(kind: Structure) -> Iterator[Part]:
 
 
 def _parts(kind: Structure, places: Places) -> Iterator[Part]:
+    """Yield the members of a structure; before the first BOOL in a byte, a hidden member for that byte."""
     hosts: set[int] = set()
     for member in kind.members:
         if member.at:

@@ -400,6 +400,7 @@ def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[LoweredSte
 
 
 def _collect(nodes: tuple[Node, ...], copies: bool, steps: list[LoweredStep]) -> None:
+    """Append the instructions of nodes in order of execution, see `steps_of`."""
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:

@@ -54,6 +54,7 @@ class Memory:
         presets: Presets = MappingProxyType({}),
         defaults: Mapping[str, Presets] = NOTHING,
     ) -> None:
+        """Set the defaults of types, then the initial values of tags, then the presets from rungs."""
         self.layout = layout
         self.left = 1  # unused here, see `Store`
         self.cells: dict[str, CellType] = {}  # by identifier
@@ -150,6 +151,7 @@ class Memory:
         return has_value
 
     def _blank(self, leaf: Leaf) -> Any:
+        """Return what holds a leaf at first: an image's words, a list of zeros, or one zero."""
         if leaf.is_image:
             self._own_images[leaf] = Image(size=leaf.size)
             return self._own_images[leaf].words
@@ -219,6 +221,7 @@ class Memory:
         return isinstance(words, memoryview) and words.readonly
 
     def _list_and_spot(self, leaf: Leaf) -> tuple[Any, Spot]:
+        """Return the list or bytes with a leaf's values, and the leaf's place in it."""
         spot = self.layout.spot(leaf)
         assert spot is not None, leaf.path
         return self._lists[spot.ident], spot
@@ -325,6 +328,7 @@ class Memory:
         }
 
     def _dump_member(self, path: str, kind: Structure, member: Member, index: int) -> Any:
+        """Return a member in readable form; a member with `at` is a part of another one."""
         if not member.at:
             return self.dump(f"{path}.{member.name}", member.type, member.dims, index)
         target = alias_target(path, kind, member, index)
@@ -332,6 +336,7 @@ class Memory:
         return value if target.bit is None else bool(value >> target.bit & 1)
 
     def _load_member(self, path: str, kind: Structure, member: Member, index: int, value: Any) -> None:
+        """Set a member in the form of `dump`; a member with `at` is a part of another one."""
         if not member.at:
             self.load(f"{path}.{member.name}", member.type, member.dims, index, value)
             return
@@ -356,12 +361,14 @@ class Memory:
             self._load_structure(path, kind, index, value)
 
     def _load_array(self, path: str, kind: DataType, dims: tuple[int, ...], index: int, value: Any) -> None:
+        """Set the first elements of an array, as many as the list has."""
         if isinstance(value, str) or not isinstance(value, Sequence) or len(value) > dims[0]:
             raise ValueError(f"{path}: {value!r} is not a list of up to {dims[0]} values")
         for number, item in enumerate(value):
             self.load(path, kind, dims[1:], index * dims[0] + number, item)
 
     def _load_structure(self, path: str, kind: Structure, index: int, value: Any) -> None:
+        """Set the members that a dict names; raise a ValueError for an unknown member."""
         if not isinstance(value, Mapping):
             raise ValueError(f"{path}: {value!r} is not a dict of members of {kind.name}")
         for name, member_value in value.items():
@@ -376,6 +383,7 @@ class Memory:
         return text_in(self, self.layout, path, index)
 
     def _load_text(self, path: str, index: int, value: str) -> None:
+        """Set a STRING to a str; raise a ValueError if it is too long."""
         capacity = self.layout.leaf(f"{path}.DATA").dims[-1]
         codes = value.encode("latin-1", errors="replace")
         if len(codes) > capacity:

@@ -66,11 +66,13 @@ _DEEPEST = 64  # maximum steps in a member's `at`
 
 
 def _steps_of(member: Member) -> list[Step]:
+    """Return the steps from the structure to the part that a member's `at` names."""
     address = parse_address(member.at)
     return [MemberStep(address.name), *address.steps]
 
 
 def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, problem_place: str) -> int:
+    """Return the flat index of an element of array number `index`; raise a ValueError out of range."""
     if len(step.indices) != len(dims):
         raise ValueError(f"{problem_place}: {len(step.indices)} subscripts for {len(dims)} dimensions")
     for subscript, length in zip(step.indices, dims, strict=True):
@@ -82,6 +84,7 @@ def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, problem_
 
 
 def _number_of(operand: Operand, problem_place: str) -> int:
+    """Return the integer in a subscript; raise a ValueError for another operand."""
     if not isinstance(operand, Number) or not isinstance(operand.value, int):
         raise ValueError(f"{problem_place}: {operand} is not an integer")
     return operand.value

@@ -89,13 +89,13 @@ def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
         kind,
         size_of(kind),
         parts,
-        resolved.indices,
-        indexed_dims,
-        count_of(own_dims),
-        array,
-        resolved.text,
-        root,
-        is_whole,
+        indices=resolved.indices,
+        dims=indexed_dims,
+        rest=count_of(own_dims),
+        array=array,
+        text=resolved.text,
+        root=root,
+        whole=is_whole,
     )
     if not all(isinstance(index, Constant) for index in resolved.indices):
         return region
@@ -177,7 +177,7 @@ def converted(kind: Elementary, value: Value) -> Value:
 
 
 def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
-    """Return elements as bytes."""
+    """Return `count` elements of a region as bytes, from element `first` on."""
     place = _bytes_of(memory, region, first)
     if place is not None:
         tag, begin = place
@@ -195,7 +195,7 @@ def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
 
 
 def put(memory: Store, region: ArrayRegion, first: int, count: int, data: bytes) -> None:
-    """Set elements from bytes."""
+    """Set `count` elements of a region from bytes, from element `first` on."""
     data = data[: count * region.size]
     place = _bytes_of(memory, region, first)
     if place is not None:
@@ -266,15 +266,14 @@ def copied_singly(operands: Sequence[object]) -> bool:
     if len(operands) != 3:
         return False
     source, target, length = operands
+    if not isinstance(source, Group) or not isinstance(target, Group) or not isinstance(length, Constant):
+        return False
+    is_array = bool(target.array or target.dims or target.frame)  # any length copies a structure outside one
     return (
-        isinstance(source, Group)
-        and isinstance(target, Group)
-        and isinstance(source.type, Structure)
+        isinstance(source.type, Structure)
         and (source.type is target.type or source.type == target.type)
         and all(isinstance(index, Constant) for index in (*source.indices, *target.indices))
-        and (length == Constant(1, DINT) or not (target.array or target.dims or target.frame))
-        and isinstance(length, Constant)
-        and length.value >= 1
+        and (length == Constant(1, DINT) if is_array else length.value >= 1)
         and len(fields_of(source.type)) <= MOST_COPIED_SINGLY
     )
 

@@ -41,10 +41,10 @@ class Scheduler:
         self._flags = tuple(layout.leaf(name) for name in (*STATUS_FLAGS, OVERRIDE) if name != "S:MINOR")
         self._continuous, self._called = schedule.continuous, schedule.called
         self._preempting = tuple(task for task in self._called if task.task.preempt)
-        self._total = max(1, _rungs_of(lowered, schedule))
+        self._total = max(1, _rungs_of(lowered, schedule))  # rungs of the continuous task
         self._run: Run = lambda _name, _now_ns: None
-        self._start_ns = self._end_ns = 0
-        self._rungs = 0
+        self._start_ns = self._end_ns = 0  # of the scan, which is assumed to be as long as the previous one
+        self._rungs = 0  # rungs of the continuous task that this scan has done
         self.handled = 0  # major faults so far that reached a fault routine
         self.period_ns = 0  # rate of the running task; 0 if it is not periodic
 
@@ -97,6 +97,7 @@ class Scheduler:
         return int(self._memory.read(scheduled.due)) <= now_ns
 
     def _run_if_due(self, scheduled: ScheduledTask, now_ns: int) -> None:
+        """Run a task if it is due; if it missed periods, count them as overlaps."""
         if not self._is_due(scheduled, now_ns):
             return
         if scheduled.task.kind is TaskKind.EVENT:
@@ -113,6 +114,7 @@ class Scheduler:
         self._memory.write(scheduled.overlaps, 0, int(self._memory.read(scheduled.overlaps)) + count)
 
     def _run_task(self, scheduled: ScheduledTask, now_ns: int) -> None:
+        """Run the programs of a task; `period_ns` is its rate until then, even after a fault."""
         outer_period_ns, self.period_ns = self.period_ns, scheduled.task.rate_ns
         try:
             for program in scheduled.programs:

@@ -60,6 +60,7 @@ class SavedValues:
         self._cells = list(memory.cells.values())
         self._samples = snapshot(memory)
         images = {leaf.ident for leaf in memory.layout.images}
+        # positions in `_cells` of images, and of tags in bytes
         self._images = [place for place, ident in enumerate(self._samples) if ident in images]
         self._bytes = [
             place

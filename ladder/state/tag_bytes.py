@@ -27,6 +27,7 @@ class TagBytes:
     __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")
 
     def __init__(self, kind: DataType, count: int) -> None:
+        """Create zeros, and a cast of the bytes for each type of value in them."""
         size = size_of(kind) * count
         self.bits: Any = bytearray(-(-size // _ALIGNED) * _ALIGNED)
         self.hidden: Any = dict.fromkeys(hidden_places(kind, count), 0)

@@ -33,6 +33,7 @@ class TagImage:
         count = count_of(tag.dims)
         self._is_bits = tag.type is BOOL and bool(tag.dims)
         self._stride = size_of(tag.type)
+        # an array of BOOL has whole words of 32 bits
         self.size = -(-count // 32) * 4 if self._is_bits else self._stride * count
         self._bytes = self._bits if self._is_bits else self._elements
 
@@ -99,6 +100,7 @@ class TagImage:
     # --- reading
 
     def _bits(self, offset: int, size: int) -> bytes:
+        """Return bytes of an array of BOOL, eight elements in each."""
         leaf, read, number = self._leaf, self._memory.read, 0
         for bit in range(8 * offset, min(8 * (offset + size), leaf.size)):
             if read(leaf, bit):
@@ -106,6 +108,7 @@ class TagImage:
         return number.to_bytes(size, "little")
 
     def _elements(self, offset: int, size: int) -> bytes:
+        """Return bytes of the elements that the range touches, cut to the range."""
         stride = self._stride
         first, last = offset // stride, -(-(offset + size) // stride)
         skip = offset - first * stride
@@ -114,6 +117,7 @@ class TagImage:
     # --- writing
 
     def _put_bits(self, begin: int, raw: bytearray, kept_bits: bytearray) -> None:
+        """Set elements of an array of BOOL from bit `begin` on, except those set in `kept_bits`."""
         leaf = self._leaf
         for bit in range(min(8 * len(raw), leaf.size - begin)):
             if not kept_bits[bit >> 3] >> (bit & 7) & 1:
@@ -180,6 +184,7 @@ class TagImages:
         self._image(number).write(offset, data, keep)
 
     def _image(self, number: int) -> TagImage:
+        """Return the image of a tag by its number; raise a ValueError for a number without a tag."""
         image = self._images.get(number)
         if image is None:
             if number >= len(self._tags):

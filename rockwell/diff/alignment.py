@@ -46,6 +46,7 @@ def aligned(old: Sequence[Hashable], new: Sequence[Hashable]) -> list[Pair]:
 
 
 def _pairs(old: Sequence[Hashable], new: Sequence[Hashable]) -> Iterator[Pair]:
+    """Yield pairs in no order: equal beginnings and ends, then anchors and what is between them."""
     todo = [(_Stretch(0, len(old), 0, len(new)), 0)]
     while todo:
         (i, old_end, k, new_end), depth = todo.pop()
@@ -69,6 +70,7 @@ def _pairs(old: Sequence[Hashable], new: Sequence[Hashable]) -> Iterator[Pair]:
 
 
 def _anchors(old: Sequence[Hashable], new: Sequence[Hashable], stretch: _Stretch) -> list[Pair]:
+    """Return ascending pairs of keys that occur only once in both parts of a stretch."""
     old_indexes = _unique(old, stretch.old_begin, stretch.old_end)
     new_indexes = _unique(new, stretch.new_begin, stretch.new_end)
     return longest_chain([(i, new_indexes[key]) for key, i in old_indexes.items() if key in new_indexes])
@@ -83,6 +85,7 @@ def _unique(keys: Sequence[Hashable], begin: int, end: int) -> dict[Hashable, in
 def _pairs_without_anchor(
     old: Sequence[Hashable], new: Sequence[Hashable], stretch: _Stretch
 ) -> Iterator[Pair]:
+    """Yield ascending pairs: for a short stretch by `difflib`, else equal keys by occurrence."""
     old_begin, old_end, new_begin, new_end = stretch
     if (old_end - old_begin) * (new_end - new_begin) <= SMALL:
         matcher = SequenceMatcher(None, old[old_begin:old_end], new[new_begin:new_end], autojunk=False)

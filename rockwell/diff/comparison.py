@@ -141,9 +141,13 @@ class Comparison:
     def summary(self) -> str:
         """The differences on one line, such as `3 differences: 1 tag added, 2 rungs changed`."""
         counts = Counter((difference.noun, difference.kind) for difference in self.differences)
-        phrases = [f"{count} {noun}{'s'[: count > 1]} {kind}" for (noun, kind), count in counts.items()]
+        phrases = [f"{count} {_plural(noun, count)} {kind}" for (noun, kind), count in counts.items()]
         total = len(self.differences)
-        return f"{total:,} difference{'s'[: total > 1]}: {', '.join(phrases)}" if total else "no difference"
+        return f"{total:,} {_plural('difference', total)}: {', '.join(phrases)}" if total else "no difference"
+
+
+def _plural(noun: str, count: int) -> str:
+    return f"{noun}s" if count > 1 else noun
 
 
 def compared(old: Item, new: Item) -> Comparison:
@@ -205,6 +209,7 @@ class _Comparer:
         self._compare_items(old.items, new.items, path)
 
     def _compare_fields(self, old: Item, new: Item, owner: str) -> None:
+        """Report changed fields, or else changed details; and a data type's changed order of members."""
         old_fields, new_fields = _changed_fields(old.fields, new.fields)
         if not old_fields and not new_fields:
             old_fields, new_fields = _changed_fields(old.details, new.details)
@@ -214,8 +219,8 @@ class _Comparer:
                 old_fields.append(f"order of members = {old_order}")
                 new_fields.append(f"order of members = {new_order}")
         if old_fields or new_fields:
-            texts = "\n".join(old_fields), "\n".join(new_fields)
-            self._entries.append(Difference(CHANGED, new.noun, owner, new.name, new.line, *texts))
+            old_text, new_text = "\n".join(old_fields), "\n".join(new_fields)
+            self._entries.append(Difference(CHANGED, new.noun, owner, new.name, new.line, old_text, new_text))
 
     def _compare_items(
         self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], path: str
@@ -230,7 +235,8 @@ class _Comparer:
             pairs[k] = i
             removed.remove(i)
             item, old_name = new_items[k], old_items[i].name
-            self._entries.append(Difference(RENAMED, item.noun, path, item.name, item.line, "", "", old_name))
+            place = (item.noun, path, item.name, item.line)
+            self._entries.append(Difference(RENAMED, *place, old_text="", new_text="", old_name=old_name))
         self._compare_orders(new, pairs | _pairs_of_parts(old, new), path)
         for i in removed:
             self._add_unpaired(path, REMOVED, old_items[i])
@@ -251,18 +257,21 @@ class _Comparer:
         Args:
             pairs: old indexes by new index.
         """
-        by_noun: defaultdict[str, list[Pair]] = defaultdict(list)
+        by_noun: defaultdict[str, list[Pair]] = defaultdict(list)  # here the new index comes first
         for k in sorted(pairs):
             by_noun[new[k].noun].append((k, pairs[k]))
         for noun, noun_pairs in by_noun.items():
             if len(longest_chain(noun_pairs)) == len(noun_pairs):
                 continue
             if noun in ORDERED:
-                names = [_names(new[k]) for k, _ in noun_pairs]
-                old_names = [_names(new[k]) for k, _ in sorted(noun_pairs, key=lambda pair: pair[1])]
-                texts = [f"order of {noun}s = {', '.join(order)}" for order in (old_names, names)]
-                line = new[noun_pairs[0][0]].line
-                self._entries.append(Difference(CHANGED, "add-on", "", path, line, texts[0], texts[1]))
+                new_order = [k for k, _ in noun_pairs]
+                old_order = sorted(new_order, key=pairs.__getitem__)
+                old_text, new_text = (
+                    f"order of {noun}s = {', '.join(_names(new[k]) for k in order)}"
+                    for order in (old_order, new_order)
+                )
+                line = new[new_order[0]].line
+                self._entries.append(Difference(CHANGED, "add-on", "", path, line, old_text, new_text))
             else:
                 self._apart[ORDER].append(f"{noun}s of {path}" if path else f"{noun}s")
 
@@ -285,11 +294,13 @@ class _Comparer:
                 yield from self._compare_steps(entry, {**new_tags.get("", {}), **new_tags.get(program, {})})
 
     def _compare_steps(self, routine: _Routine, new_tags: dict[str, Item]) -> Iterator[Difference]:
+        """Yield the differences of two routines' steps, with the new names of tags in the old steps."""
         old_steps = [with_new_names(step, new_tags) for step in routine.old.steps]
         for pair in without_renamed_ends(paired(old_steps, routine.new.steps)):
             yield from self._compare_pair(routine.path, pair)
 
     def _compare_pair(self, owner: str, pair: Pairing) -> Iterator[Difference]:
+        """Yield the differences of a pair of steps; note changes that are listed separately."""
         old, new = pair.old, pair.new
         if old is None or new is None:
             yield _step_difference(REMOVED if new is None else ADDED, owner, old, new)
@@ -303,10 +314,9 @@ class _Comparer:
         elif old.layout != new.layout:
             self._note(LAYOUT, owner)
         if old.comment != new.comment:
-            comments = (old.comment, new.comment)
-            yield Difference(
-                CHANGED, "comment", owner, _name_of(new), new.line, *comments, "", (old,), (new,)
-            )
+            place = ("comment", owner, _name_of(new), new.line)
+            texts = (old.comment, new.comment)
+            yield Difference(CHANGED, *place, *texts, old_steps=(old,), new_steps=(new,))
 
     def _note(self, change: str, place: str) -> None:
         if place not in self._apart[change]:
@@ -429,16 +439,17 @@ def _unpaired_differences(entry: _SingleItem, new_tags: dict[str, Item]) -> Iter
         tag = new_tags.get(item.name.upper())
         if tag is not None:
             old_text, new_text = map("\n".join, _changed_fields(item.fields, tag.fields))
-            yield Difference(RENAMED, item.noun, owner, tag.name, tag.line, old_text, new_text, item.name)
+            place = (item.noun, owner, tag.name, tag.line)
+            yield Difference(RENAMED, *place, old_text, new_text, old_name=item.name)
             return
     elif item.noun in TAGS and any(item is tag for tag in new_tags.values()):
         return
     text, steps, fields_text = _text_of(item, steps=True), _all_steps(item), _text_of(item, steps=False)
-    place = (entry.kind, item.noun, owner, item.name, item.line)
+    place = (item.noun, owner, item.name, item.line)
     if entry.kind == REMOVED:
-        yield Difference(*place, text, "", old_steps=steps, fields_text=fields_text)
+        yield Difference(REMOVED, *place, text, "", old_steps=steps, fields_text=fields_text)
     else:
-        yield Difference(*place, "", text, new_steps=steps, fields_text=fields_text)
+        yield Difference(ADDED, *place, "", text, new_steps=steps, fields_text=fields_text)
 
 
 def _text_of(item: Item, *, steps: bool) -> str:
@@ -456,10 +467,19 @@ def _name_of(step: Step) -> str:
 
 
 def _step_difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
+    """Return the difference of a step; a removed one has no new step, an added one no old step."""
     step = new or old
     assert step is not None
-    old_text, new_text = ("" if side is None else side.text for side in (old, new))
-    old_steps, new_steps = (() if side is None else (side,) for side in (old, new))
-    old_name = _name_of(old) if kind == MOVED and old is not None and old.number != step.number else ""
-    place = (step.noun, owner, _name_of(step), step.line)
-    return Difference(kind, *place, old_text, new_text, old_name, old_steps, new_steps)
+    has_new_number = kind == MOVED and old is not None and old.number != step.number
+    return Difference(
+        kind,
+        step.noun,
+        owner,
+        _name_of(step),
+        step.line,
+        old_text="" if old is None else old.text,
+        new_text="" if new is None else new.text,
+        old_name=_name_of(old) if old is not None and has_new_number else "",
+        old_steps=() if old is None else (old,),
+        new_steps=() if new is None else (new,),
+    )

@@ -133,6 +133,7 @@ class _L5xOutline:
         return int(element.sourceline or 0) + self._lines_before
 
     def _common_part(self, cut: Any) -> CommonPart:
+        """Return the common part that a placeholder stands for; the document has its content by number."""
         content = self._document.cuts[int(cut.get("N"))]
         first_tag = content[1:60].split(None, 1)[0].decode().rstrip("/>")
         return CommonPart(KINDS[first_tag], content, self._line(cut), self._items_in)
@@ -144,6 +145,7 @@ class _L5xOutline:
         return [outline_of_part._item(element) for element in elements]
 
     def _item(self, element: Any) -> Item:
+        """Return an element as an item, with its attributes and everything in it."""
         noun = KINDS[element.tag]
         is_named = noun not in ("export", "controller")  # a file has only one of each
         item = Item(noun, element.get("Name", "") if is_named else "", self._line(element))
@@ -266,7 +268,8 @@ class _L5xOutline:
                     continue
                 shown = f"{edit_type}: {line.rstrip()}" if edit_type else line.rstrip()
                 layout = f"{blank_lines}{line}"
-                yield Step(LINE, number, shown, f"{edit_type} {words}", "", line_number, layout=layout)
+                key = f"{edit_type} {words}"
+                yield Step(LINE, number, shown, key, comment="", line=line_number, layout=layout)
                 blank_lines = 0
 
     def chart(self, content: Any, first_number: int) -> Iterator[Step]:
@@ -285,7 +288,8 @@ class _L5xOutline:
                 layout = " ".join(
                     f"{label}={value}" for label, value in node.attrib.items() if label in PLACES
                 )
-                yield Step(ELEMENT, number, shown, key, "", self._line(node), name, layout)
+                line = self._line(node)
+                yield Step(ELEMENT, number, shown, key, comment="", line=line, name=name, layout=layout)
                 number += 1
 
 

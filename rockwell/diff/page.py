@@ -59,6 +59,8 @@ def _shown(text: str) -> str:
 
 
 class _Page:
+    """Writes the body of the page."""
+
     def __init__(self, comparison: Comparison) -> None:
         self._comparison = comparison
         self._pictures_left = MOST_PICTURES
@@ -82,6 +84,7 @@ class _Page:
         yield "</main>"
 
     def _contents(self) -> Iterator[str]:
+        """Yield links to the sections, each with the number of its differences of each kind."""
         yield '<nav aria-label="contents"><ol>'
         for number, (owner, differences) in enumerate(self._groups):
             counts = Counter(difference.kind for difference in differences)
@@ -97,6 +100,7 @@ class _Page:
         return f'<article class="{kind}">{heading}{self._content(difference)}</article>'
 
     def _content(self, difference: Difference) -> str:
+        """Return the texts or rungs of a difference; a changed rung shows both versions side by side."""
         old_steps, new_steps, fields = difference.old_steps, difference.new_steps, difference.fields_text
         if difference.noun == RUNG and difference.kind == CHANGED:
             return _sides(*self._rung_pair(old_steps[0], new_steps[0]))
@@ -110,11 +114,13 @@ class _Page:
         return rows + _sides(self._steps(old_steps), self._steps(new_steps))
 
     def _steps(self, steps: Sequence[Step]) -> str:
+        """Return the first steps of an added or removed item, and the number of the others."""
         shown = "".join(map(self._rung, steps[:MOST_ROWS]))
         hidden = len(steps) - MOST_ROWS
         return shown + (f"<p>… {hidden:,} more</p>" if hidden > 0 else "")
 
     def _rung_pair(self, old: Step, new: Step) -> tuple[str, str]:
+        """Return both versions of a rung, as text with marks, and as pictures until their limit."""
         drawn = pictures(old, new) if self._pictures_left > 0 else None
         self._pictures_left -= 2
         old_text, new_text = _marked(old.text, new.text)
@@ -125,8 +131,10 @@ class _Page:
         )
 
     def _rung(self, step: Step) -> str:
+        """Return a step as text, and a rung also as a picture until their limit."""
         drawn = picture(step) if step.noun == RUNG and self._pictures_left > 0 else ""
-        self._pictures_left -= step.noun == RUNG
+        if step.noun == RUNG:
+            self._pictures_left -= 1
         return f"{_comment(step)}{drawn}<pre>{_shown(step.text)}</pre>"
 
 
@@ -166,6 +174,7 @@ def _first_lines(text: str) -> str:
 
 
 def _row(old: str | None, new: str | None) -> str:
+    """Return two lines side by side, with marks where they differ; None for a missing line."""
     cells = (_shown(old or ""), _shown(new or "")) if old is None or new is None else _marked(old, new)
     return _sides(*(f"<pre>{cell}</pre>" if cell else "" for cell in cells))
 

@@ -60,6 +60,7 @@ class _SpecsOf(Mapping[str, Spec]):
         self._calls = {name.upper(): name for name in _CALLED.findall(text)}
 
     def __getitem__(self, name: str) -> Spec:
+        """Return a spec of an instruction, or of an add-on that the text calls; its operands are free."""
         spec = BY_NAME.get(name)
         if spec is not None:
             return spec
@@ -106,6 +107,7 @@ def _svg(rung: Rung, edited: set[int]) -> str:
 
 
 def _shape_markup(drawn: Picture, edited: set[int]) -> Iterator[str]:
+    """Yield the shapes of the marks, in class `edit` if the other version lacks them, but not wires."""
     for mark in drawn.marks:
         is_edited = _is_edited(mark, edited)
         for shape in shapes_of(mark):
@@ -126,6 +128,7 @@ def _is_edited(mark: Mark, edited: set[int]) -> bool:
 
 
 def _field_of(mark: Mark) -> BoxFrame:
+    """Return the frame around a box, or around a symbol and its label."""
     if isinstance(mark, Box):
         return BoxFrame(mark.x - 0.5, mark.y - 1.1, mark.width + 1, max(len(mark.lines), 1) + 1.35)
     assert isinstance(mark, Symbol)

@@ -29,6 +29,7 @@ def outline_of_slc(data: bytes, file: str) -> Item:
 
 
 def _ladder(ladder: LadderRecord) -> Item:
+    """Return a ladder file as a routine with its rungs."""
     item = Item("routine", routine_name(ladder.number), ladder.line)
     item.fields.append(("name", ladder.name))
     item.steps += (_step(number, rung) for number, rung in enumerate(ladder.rungs))
@@ -60,6 +61,7 @@ def _elements(record: DataRecord) -> Iterator[tuple[str, str]]:
 
 
 def _slots(document: SlcDocument) -> Iterator[Item]:
+    """Yield each slot of the chassis with its card, comment and settings."""
     for slot in document.slots.values():
         item = Item("slot", str(slot.number), slot.line)
         item.fields.append(("card", " ".join(slot.text.split())))

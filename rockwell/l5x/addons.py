@@ -37,6 +37,7 @@ class AddOns:
     """The add-on instructions of a document, built on demand."""
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
+        """Find the add-ons by name, and let `types` find their types here."""
         self.records: dict[str, AddOnRecord] = {}  # by name in capitals; the first with each name
         self._duplicates: list[AddOnRecord] = []  # later records with a name in `records`; they are refused
         for record in records:
@@ -106,6 +107,7 @@ class AddOns:
         )
 
     def _parameters(self, record: AddOnRecord) -> Iterator[Parameter]:
+        """Yield an add-on's parameters, its local tags, and the tags generated for its diagrams."""
         for parameter in _own_parameters(record):
             yield self._parameter(parameter, _mode_of(parameter))
         for parameter in record.locals:
@@ -114,6 +116,7 @@ class AddOns:
             yield Parameter(tag.name, tag.type, ParameterMode.LOCAL)
 
     def _parameter(self, record: TagRecord, mode: ParameterMode) -> Parameter:
+        """Return a parameter or local tag; raise a LadderError for a wrong name or dimensions."""
         if not NAME.fullmatch(record.name):
             raise LadderError(f"{record.name!r} is not a name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
@@ -126,11 +129,12 @@ class AddOns:
         initial = None
         if mode is not ParameterMode.INOUT:
             loss = "its default is not used"
-            initial = read_initial(record, kind, self._types, self._report, record.name, loss)
+            initial = read_initial(record, kind, self._types, self._report, record.name, consequence=loss)
         return Parameter(record.name, kind, mode, record.dims, record.required, record.comment, initial)
 
     def _alias(self, record: TagRecord, mode: ParameterMode) -> Parameter:
-        parse_address(record.target)
+        """Return a parameter that is an alias of a part of another one, a BOOL unless it has a type."""
+        parse_address(record.target)  # raises a LadderError for a text that is no address
         kind = self._types.find(record.type or "BOOL")
         return Parameter(
             record.name, kind, mode, record.dims, record.required, record.comment, at=record.target
@@ -235,6 +239,7 @@ def _mode_of(parameter: TagRecord) -> ParameterMode:
 
 
 def _spec_of(record: AddOnRecord) -> Spec:
+    """Return the spec for calls of an add-on: the instance, then its arguments."""
     arguments = (Use.ARGUMENT for _ in arguments_of(record))
     return replace(ADD_ON_CALL, name=record.name, operands=(Use.INSTANCE, *arguments))
 

@@ -229,7 +229,14 @@ def harness_of(parts: Parts) -> Parts:
             definition.name, declarations=[*tags], routines={"MAIN": Routine("Main", (rung,))}
         )
     tasks = trial_tasks(parts, [program.name for program in programs.values()])
-    return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, modules=parts.modules)
+    return Parts(
+        parts.name,
+        programs=programs,
+        tasks=tasks,
+        add_ons=parts.add_ons,
+        stubs=parts.stubs,
+        modules=parts.modules,
+    )
 
 
 def _argument_tags(definition: AddOn) -> list[Tag]:

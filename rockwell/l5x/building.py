@@ -156,6 +156,7 @@ class Builder:
         self.empty()
 
     def _routine(self, owner: str, routine: str) -> Routine | None:
+        """Return a routine of a program, or else of an add-on with that name; None if there is none."""
         part = self._parts.programs.get(owner.upper())
         if part is not None and routine.upper() in part.routines:
             return part.routines[routine.upper()]
@@ -163,6 +164,7 @@ class Builder:
         return definition.routine(routine) if definition is not None else None
 
     def _replace(self, owner: str, routine: str, new: Routine) -> None:
+        """Put a new version in place of a routine of a program, or else of an add-on."""
         part = self._parts.programs.get(owner.upper())
         if part is not None and routine.upper() in part.routines:
             part.routines[routine.upper()] = new
@@ -194,6 +196,7 @@ class Builder:
 
 
 def _with_routine(definition: AddOn, new: Routine) -> AddOn:
+    """Return an add-on with a new version of one routine."""
     routines = [
         new if routine.name.upper() == new.name.upper() else routine for routine in definition.routines
     ]

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from itertools import count
 from typing import Any
 
-from scanrack.ladder.model.chart import Action, Chart, ChartStep, Transition
+from scanrack.ladder.model.chart import PRESETS, Action, Chart, ChartStep, Transition
 from scanrack.ladder.model.chart_layout import Cell, layout_of
 from scanrack.ladder.model.statements import block_lines
 
-from .charts import NAMES
+from .charts import NAMES, preset_tag
 from .xml.writing import cdata, element, flag, write_statements
 
 _LEFT, _TOP, _WIDE, _HIGH = 240, 60, 320, 100  # pixels of the first cell and of a cell
@@ -22,13 +22,15 @@ def write_chart(parent: Any, chart: Chart) -> None:
 
 
 class _Writer:
+    """Adds the elements of a chart to a routine's element."""
+
     def __init__(self, parent: Any, chart: Chart) -> None:
         self._chart, self._layout = chart, layout_of(chart)
         self._content = element(
             parent, "SFCContent", SheetSize="Letter - 8.5 x 11 in", SheetOrientation="Landscape"
         )
         self._numbers = count()
-        self._ids: dict[str, int] = {}  # of steps, by name in capitals
+        self._ids: dict[str, int] = {}  # of steps and stops, by name in capitals
         self._links: list[tuple[int, int]] = []  # IDs: from, to
 
     def write(self) -> None:
@@ -63,6 +65,7 @@ class _Writer:
             element(box, "Text").text = cdata(note)
 
     def _id(self) -> str:
+        """Return the next free ID."""
         return str(next(self._numbers))
 
     def _add(self, tag: str, name: str, cell: Cell, **more: str) -> Any:
@@ -71,22 +74,21 @@ class _Writer:
         return element(self._content, tag, ID=self._id(), X=x, Y=y, Operand=name, HideDesc="true", **more)
 
     def _write_step(self, step: ChartStep) -> None:
+        """Add a step with the expressions of its presets, and with its actions."""
         presets = dict(step.presets)
-        uses = {
-            f"{'Preset' if name == 'PRE' else name}UsesExpr": flag(name in presets)
-            for name in ("PRE", "LimitHigh", "LimitLow")
-        }
+        uses = {f"{preset_tag(name)}UsesExpr": flag(name in presets) for name in PRESETS}
         cell = self._layout.steps[step.name.upper()]
         step_element = self._add(
             "Step", step.name, cell, InitialStep=flag(step.initial), **uses, ShowActions="true"
         )
         self._ids[step.name.upper()] = int(step_element.get("ID"))
         for name, value in step.presets:
-            write_statements(element(step_element, "Preset" if name == "PRE" else name), [str(value)])
+            write_statements(element(step_element, preset_tag(name)), [str(value)])
         for action in step.actions:
             self._write_action(step_element, action)
 
     def _write_action(self, parent: Any, action: Action) -> None:
+        """Add an action to a step's element, with its preset, its indicator and its statements."""
         action_element = element(
             parent,
             "Action",
@@ -122,7 +124,8 @@ class _Writer:
 
     def _link_sides(self, transition: Transition, number: int) -> None:
         """Link a transition to several steps through a simultaneous branch; see also `_link_selections`."""
-        row = self._layout.steps[transition.sources[0].upper()][1] + 1
+        _, source_row = self._layout.steps[transition.sources[0].upper()]
+        row = source_row + 1
         if len(transition.sources) > 1:
             branch, legs = self._branch("Simultaneous", "Converge", row, len(transition.sources))
             self._links += zip((self._ids[name.upper()] for name in transition.sources), legs, strict=True)
@@ -135,7 +138,7 @@ class _Writer:
     def _link_selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
         """Link a step to transitions with no other step on that side; use a selection branch for several."""
         key = step.name.upper()
-        step_id, row = self._ids[key], self._layout.steps[key][1]
+        step_id, (_, row) = self._ids[key], self._layout.steps[key]
         leaving = list(self._numbers_of(key, numbers, "sources"))
         entering = list(self._numbers_of(key, numbers, "targets"))
         if len(leaving) == 1:

@@ -53,6 +53,11 @@ QUALIFIERS: Mapping[str, Qualifier] = {
 _NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
 
 
+def preset_tag(name: str) -> str:
+    """Return the tag of the element with the expression of a preset, given the member that it sets."""
+    return "Preset" if name == "PRE" else name
+
+
 class ChartRefusedError(LadderError):
     """The chart can't be read; the error's site has the line."""
 
@@ -61,6 +66,7 @@ class _Graph:
     """The elements of a chart by ID, with the predecessors and successors of each."""
 
     def __init__(self, content: ElementRecord, file: str) -> None:
+        """Read the elements, then their links; then link each leg with its branch, in its direction."""
         self._file = file
         self.elements: dict[int, ElementRecord] = {}
         self._branches: dict[int, int] = {}  # the branch of each leg
@@ -77,8 +83,13 @@ class _Graph:
         for child in content.children:
             if child.tag == "DirectedLink":
                 self._link(self.end_of(child, "FromID"), self.end_of(child, "ToID"))
+        # decided for all branches first, because a link of a leg would make its branch diverge
+        diverging = {branch for branch in self._branches.values() if self._diverges(branch)}
         for leg, branch in self._branches.items():
-            self._link(*((branch, leg) if self._diverges(branch) else (leg, branch)))
+            if branch in diverging:
+                self._link(branch, leg)
+            else:
+                self._link(leg, branch)
 
     def refused(self, element: ElementRecord | None, text: str) -> ChartRefusedError:
         """Return the error for an element, or for the whole chart if it is None."""
@@ -86,6 +97,7 @@ class _Graph:
         return ChartRefusedError(f"{_label_of(element)}{text}", Site(file=self._file, line=line))
 
     def _add(self, element: ElementRecord) -> int:
+        """Store an element by its ID, and return the ID; refuse a repeated ID, or too many elements."""
         key = self.id_of(element)
         if key in self.elements:
             raise self.refused(element, f"has the ID {key} of another element")
@@ -109,6 +121,7 @@ class _Graph:
         return end
 
     def _link(self, source: int, target: int) -> None:
+        """Note that a link leads from one element to another."""
         self.successors.setdefault(source, []).append(target)
         self.predecessors.setdefault(target, []).append(source)
 
@@ -222,16 +235,18 @@ class ChartBuilder:
     # --- elements
 
     def _name(self, element: ElementRecord) -> str:
+        """Return the name of an element's tag; refuse an element without one."""
         name = element.attributes.get("Operand", "")
         if not name:
             raise self._graph.refused(element, "has no Operand, the name of its tag")
         return name
 
     def _step(self, key: int, element: ElementRecord) -> ChartStep:
+        """Return a step or stop with its actions and presets; `key` is its ID."""
         actions = tuple(self._action(child) for child in element.children if child.tag == "Action")
         presets: list[tuple[str, Operand]] = []
         for name in PRESETS:
-            value = self._preset(element, "Preset" if name == "PRE" else name)
+            value = self._preset(element, preset_tag(name))
             if value is not None:
                 presets.append((name, value))
         initial = element.attributes.get("InitialStep", "").lower() == "true"
@@ -239,9 +254,9 @@ class ChartBuilder:
         return ChartStep(
             self._name(element),
             actions,
-            initial,
-            element.tag == "Stop",
-            tuple(presets),
+            initial=initial,
+            stop=element.tag == "Stop",
+            presets=tuple(presets),
             number=key,
             origin=origin,
         )
@@ -254,6 +269,7 @@ class ChartBuilder:
         return expression_of(texts, lines, self._file, self._specs) if "".join(texts).strip() else None
 
     def _action(self, element: ElementRecord) -> Action:
+        """Return an action; a Boolean action and a reset have no body. Refuse an unknown qualifier."""
         word = element.attributes.get("Qualifier", "NonStored")
         qualifier = QUALIFIERS.get(word.upper().replace("AND", ""))
         if qualifier is None:
@@ -265,13 +281,14 @@ class ChartBuilder:
             self._name(element),
             qualifier,
             body,
-            self._preset(element, "Preset"),
-            element.attributes.get("IndicatorTag", ""),
-            self._graph.id_of(element),
-            Origin(self._file, element.line),
+            preset=self._preset(element, "Preset"),
+            indicator=element.attributes.get("IndicatorTag", ""),
+            number=self._graph.id_of(element),
+            origin=Origin(self._file, element.line),
         )
 
     def _body(self, element: ElementRecord) -> Block:
+        """Return the statements of an action, which may be the call of a routine."""
         body = element.child("Body")
         call = None if body is None else body.child("JSR")
         texts, lines = _call_text(call) if call is not None else _structured_text(body)
@@ -280,6 +297,7 @@ class ChartBuilder:
     def _transition(
         self, key: int, sources: Sequence[int], targets: Sequence[int], names: Mapping[int, str]
     ) -> Transition:
+        """Return a transition between the steps with these IDs; `names` are the names of all steps."""
         element = self._graph.elements[key]
         return Transition(
             self._name(element),
@@ -291,6 +309,7 @@ class ChartBuilder:
         )
 
     def _condition(self, element: ElementRecord) -> Operand | Instruction:
+        """Return a transition's condition: an expression, or the call of a routine."""
         condition = element.child("Condition")
         call = element.child("JSR") or (condition.child("JSR") if condition is not None else None)
         texts, lines = _call_text(call) if call is not None else _structured_text(condition)

@@ -86,6 +86,7 @@ def _check_instructions(logic: Program | Controller, routines: Iterable[Routine]
 
 
 def _find(kind: str, name: str, candidates: Sequence[Any]) -> Any:
+    """Return the candidate with a name, in any case; raise a LadderError that lists the names."""
     for candidate in candidates:
         if candidate.name.upper() == name.upper():
             return candidate
@@ -103,6 +104,7 @@ def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]
     kinds += [parameter.type for definition in logic.add_ons.values() for parameter in definition.parameters]
 
     def walk(kind: DataType) -> Iterator[Structure]:
+        """Yield a structure after those of its members, each one only once."""
         if isinstance(kind, Structure) and kind.name not in done and ":" not in kind.name:
             done.add(kind.name)
             for member in kind.members:
@@ -114,6 +116,7 @@ def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]
 
 
 def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
+    """Add the definitions of structures."""
     parent = element(controller, "DataTypes", **_CONTEXT)
     for kind in kinds:
         family = "StringFamily" if kind.is_string else "NoFamily"
@@ -124,6 +127,7 @@ def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
 
 
 def _write_member(members: Any, kind: Structure, member: Member) -> None:
+    """Add a member of a structure; an alias must be a bit of another member, which is its host."""
     host, _, bit = member.at.rpartition(".")
     if member.at and not (member.type.name == "BOOL" and kind.member(host) and bit.isdigit()):
         raise LadderError(f"{member.name} of {kind.name} is at {member.at}: it must be a bit of a member")
@@ -141,6 +145,7 @@ def _write_member(members: Any, kind: Structure, member: Member) -> None:
 
 
 def _radix(kind: DataType) -> str:
+    """Return the format in which Studio 5000 shows values of a type."""
     if isinstance(kind, Structure):
         return "NullType"
     return "Decimal" if kind.is_bool or kind.is_integer else "Float"
@@ -150,6 +155,7 @@ def _radix(kind: DataType) -> str:
 
 
 def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
+    """Add each add-on with EnableIn and EnableOut, its parameters, its local tags, and its routines."""
     parent = element(controller, "AddOnInstructionDefinitions", **_CONTEXT)
     for definition in definitions:
         add_on_element = element(
@@ -181,6 +187,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
 
 
 def _write_parameter(parent: Any, parameter: Parameter) -> None:
+    """Add a parameter, or a local tag, with its comment and its default."""
     attributes = {"DataType": parameter.type.name}
     if parameter.at:
         attributes = {"TagType": "Alias", "AliasFor": parameter.at}
@@ -201,6 +208,7 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
 
 
 def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
+    """Add tags and aliases, except tags of modules; raise a LadderError for an alias of module data."""
     for declaration in declarations:
         if isinstance(declaration, SlotAlias) or (isinstance(declaration, Alias) and declaration.type):
             raise LadderError(
@@ -270,6 +278,7 @@ def _write_array(
 
 
 def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
+    """Add the members of a structure's value; a bit without a value has that of its host."""
     if kind.is_string:
         _write_string(parent, kind, value)
         return
@@ -286,6 +295,7 @@ def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
 
 
 def _write_string(parent: Any, kind: Structure, value: Any) -> None:
+    """Add the length and the characters of a string."""
     text = value if isinstance(value, str) else ""
     element(parent, "DataValueMember", Name="LEN", DataType="DINT", Radix="Decimal", Value=str(len(text)))
     data = element(parent, "DataValueMember", Name="DATA", DataType=kind.name, Radix="ASCII")
@@ -329,9 +339,13 @@ def _without_generated(program: Program) -> Iterator[Declaration]:
 
 
 def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> None:
-    kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
+    """Add a routine as a chart, a diagram, structured text, or rungs; `target` marks the exported one."""
     if routine.drawing is not None:
         kind = "FBD"
+    elif routine.chart is not None:
+        kind = "SFC"
+    else:
+        kind = "RLL" if routine.statements is None else "ST"
     routine_element = element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
     text_element(routine_element, "Description", routine.comment)
     if routine.chart is not None:

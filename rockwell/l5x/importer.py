@@ -101,7 +101,8 @@ class Importer:
     def run(self, *, trial: bool) -> L5xImport:
         """Import the document; see `import_l5x`."""
         self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
-        self._builder.stand_in_option = "" if self._completes else STAND_IN if trial else DECLARE
+        stand_in_option = STAND_IN if trial else DECLARE
+        self._builder.stand_in_option = "" if self._completes else stand_in_option
         self._note_unread()
         self._read_logic()
         self._declare()
@@ -215,6 +216,7 @@ class Importer:
         self._builder.empty()
 
     def _read_program(self, record: ProgramRecord) -> None:
+        """Read the routines of a program; programs with the same name become one."""
         key = record.name.upper()
         part = self._parts.programs.get(key)
         if part is None:
@@ -233,6 +235,7 @@ class Importer:
         self._choose_routines(record, part)
 
     def _add_routine(self, part: ProgramPart, owner: str, record: RoutineRecord) -> None:
+        """Read a routine into a program; a refused one does nothing, a second one of a name is skipped."""
         key = record.name.upper()
         if key in {*part.routines, *part.functions} or not NAME.fullmatch(record.name):
             reason = f"{record.name!r} is the name of another routine, or not a name"
@@ -258,7 +261,7 @@ class Importer:
     # --- declaring
 
     def _declare(self) -> None:
-        """Declare tags, missing tags and tasks."""
+        """Declare tags, what is missing, and tasks; refuse callers of absent add-ons; free the document."""
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
         parts.motion = motion_of(document.tags)

@@ -101,7 +101,7 @@ def module_tags(
                 tags.setdefault(declaration.name.upper(), declaration)
             elif tag.kind == "OutputTag" and slot is not None and declaration.initial is not None:
                 outputs.setdefault(slot, _memory(declaration))
-    for module, tag in aliases:
+    for module, tag in aliases:  # after all tags that they may refer to
         alias = _alias(module, tag, tags)
         if alias is not None:
             tags.setdefault(alias.name.upper(), alias)
@@ -180,7 +180,9 @@ def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structur
     The words are Data; the bytes of inputs begin with Fault.
     """
     is_input = tag.kind == "InputTag"
-    size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
+    size = tag.size
+    if is_input and module.catalog.startswith(GENERIC):
+        size -= FAULT_BYTES
     if tag.kind not in ("InputTag", "OutputTag") or size < 2:
         return None
     name = f"{module.catalog}:{tag.suffix}"

@@ -20,7 +20,7 @@ class Names:
     """The tags of programs, add-ons and the controller, each scope by name in capitals."""
 
     def __init__(self, document: L5xDocument) -> None:
-        self.tags = {"": _by_name(document.tags)}
+        self.tags = {"": _by_name(document.tags)}  # "" for the controller
         for program in document.programs:
             self.tags[program.name.upper()] = _by_name(program.tags)
         self.add_ons = {

@@ -45,6 +45,7 @@ def _routines(program: Span) -> list[Span]:
 
 
 def _find(kind: str, spans: list[Span], name: str) -> Span:
+    """Return the first element with a name; raise a LadderError that lists the names."""
     for span in defined(spans, name):
         return span
     names = ", ".join(dict.fromkeys(span.name for span in spans)) or "none"

@@ -185,7 +185,8 @@ class Report:
         texts = []
         if self.lost:
             losses = ", ".join(self.lost[:LOST_SHOWN])
-            suffix = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
+            more = len(self.lost) - LOST_SHOWN
+            suffix = f" and {more:,} more" if more > 0 else ""
             lost = f"values of the export are lost: {losses}{suffix}"
             texts.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
         if self.forces:
@@ -221,6 +222,7 @@ class Report:
         }
 
     def _structured_line(self) -> str:
+        """Return a line with the counts of structured text."""
         counts = self.structured()
         routines, lines = (counts[name]["total"] for name in ("routines", "lines"))
         total, imported, refused, ran = counts["statements"].values()
@@ -228,6 +230,7 @@ class Report:
         return f"{head}: {total} statements, {imported} imported, {refused} refused, {ran} ran"
 
     def _drawn_lines(self) -> Iterator[str]:
+        """Yield a line with the counts of charts, and one with those of diagrams, if there are any."""
         for name, kind in (("sequential function charts", "SFC"), ("function block diagrams", "FBD")):
             total, imported, refused, ran = self.drawn(kind).values()
             if total:

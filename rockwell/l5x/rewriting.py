@@ -129,6 +129,7 @@ class _EditedRoutine:
         return self._text.content(element, content)
 
     def _before_first(self, texts: Sequence[str]) -> Iterator[Splice]:
+        """Yield the splice that inserts rungs at the beginning, also in a routine without rungs."""
         begin = _number(self._rungs[0], 0) if self._rungs else 0
         blanks = self._between
         content = b"".join(self._rung(text, begin + index) + blanks for index, text in enumerate(texts))
@@ -140,6 +141,7 @@ class _EditedRoutine:
             yield self._text.last(self._routine, b"<RLLContent>%s%s</RLLContent>" % (blanks, content))
 
     def _new_after(self, rung: Span, texts: Sequence[str], begin: int) -> Iterator[Splice]:
+        """Yield the splice that inserts rungs after a rung, if there are any."""
         new_rungs = [self._between + self._rung(text, begin + index) for index, text in enumerate(texts)]
         if new_rungs:
             yield Splice(rung.end, rung.end, b"".join(new_rungs))

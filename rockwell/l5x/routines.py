@@ -78,7 +78,8 @@ def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
         return
     for index, (kind, line) in enumerate(record.texts):
         description = TEXT_TYPES[kind].description if kind in TEXT_TYPES else "a text"
-        yield Edit(line, owner, record.name, None, kind, description, index == record.chosen)
+        runs = index == record.chosen
+        yield Edit(line, owner, record.name, rung=None, type=kind, says=description, runs=runs)
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
@@ -148,7 +149,8 @@ class RoutineReader:
             return Rung((), rung.comment, origin)
         runs = kind.tested if record.tests_edits else kind.runs
         if kind is not RUNG_TYPES[NORMAL]:
-            edit = Edit(rung.line, owner, record.name, rung.number, rung.kind, kind.description, runs)
+            place = (rung.line, owner, record.name, rung.number)
+            edit = Edit(*place, type=rung.kind, says=kind.description, runs=runs)
             self._report.edits.append(edit)
         if not runs:
             return Rung((), rung.comment, origin)
@@ -172,6 +174,7 @@ class RoutineReader:
         return self._presets[owner.upper()].with_settled_presets(parsed, self.specs)
 
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
+        """Return a routine of structured text; None if it is refused."""
         lines, numbers = lines_of(record.lines)
         try:
             block = parse_statements(
@@ -185,6 +188,7 @@ class RoutineReader:
         return Routine(record.name, (), record.comment, block)
 
     def _chart(self, owner: str, record: RoutineRecord) -> Routine | None:
+        """Return a routine with a chart, whose unreached steps are noted; None if it is refused."""
         try:
             if record.chart is None:
                 raise ChartRefusedError("the chart is not in the file", Site(line=record.line))
@@ -200,6 +204,7 @@ class RoutineReader:
         return routine
 
     def _diagram(self, owner: str, record: RoutineRecord) -> Routine | None:
+        """Return a diagram as structured text with a drawing; None if it is refused."""
         try:
             if record.chart is None or self.names_of is None:
                 raise DiagramError("the diagram is not in the file", Site(line=record.line))
@@ -253,13 +258,12 @@ class RoutineReader:
         else:
             refused = 0
             count = sum(not isinstance(statement, Empty | Region) for statement in statements_in(block))
-        drawn = record.kind in ("SFC", "FBD")
         if record.kind == "FBD":
             lines, count = [], 1
-        refused = max(refused, drawn and block is None)  # so that a refused empty chart counts
-        structured = StructuredRoutine(
-            owner, record.name, len(lines), max(count, drawn), refused, kind=record.kind
-        )
+        if record.kind in ("SFC", "FBD"):  # an empty one counts, too
+            count = max(count, 1)
+            refused = max(refused, 1) if block is None else 0
+        structured = StructuredRoutine(owner, record.name, len(lines), count, refused, kind=record.kind)
         self._texts.setdefault((owner.upper(), record.name.upper()), structured)
         self._report.texts.append(structured)
 
@@ -278,6 +282,7 @@ class RoutineReader:
     def _refuse_rung(
         self, owner: str, routine: str, rung: L5xRungRecord, reason: str, remedy: str, site: Site = NOWHERE
     ) -> None:
+        """Report a rung as refused, at the column of the error's site."""
         column = _column(rung.text, site)
         place = (self._report.file, rung.line, owner, routine, rung.number, column)
         self._report.refused.append(Refusal(*place, rung.text, reason, remedy, site.tag))
@@ -294,7 +299,17 @@ class RoutineReader:
                 self._report.stubs[routine] = "the routine does nothing"
             return
         self._report.objects.append(
-            Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy.replace("{}", name))
+            Refusal(
+                self._report.file,
+                line,
+                owner,
+                routine,
+                rung=None,
+                column=1,
+                text="",
+                reason=reason,
+                remedy=remedy.replace("{}", name),
+            )
         )
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:

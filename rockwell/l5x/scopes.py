@@ -34,30 +34,31 @@ _CONNECTION_NOTES = {
 def scope_of(
     records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
 ) -> list[Declaration]:
-    """Return the declarations of tags; report invalid tags.
+    """Return the declarations of tags, and report their forces; report an invalid tag and leave it out.
 
     Args:
         owner: the program of the tags; "" for tags of the controller.
     """
     declarations: list[Declaration] = []
     for record in records:
-        if record.kind.upper() in _CONNECTION_NOTES:
-            report.note(scoped(owner, record.name), _CONNECTION_NOTES[record.kind.upper()], record.line)
+        full_name, tag_kind = scoped(owner, record.name), record.kind.upper()
+        if tag_kind in _CONNECTION_NOTES:
+            report.note(full_name, _CONNECTION_NOTES[tag_kind], record.line)
         if owner and record.usage.upper() == "INOUT":
             text = "it is a parameter by reference; scanrack gives it its own memory"
-            report.note(scoped(owner, record.name), text, record.line)
+            report.note(full_name, text, record.line)
         try:
-            if record.kind.upper() == "ALIAS" or record.target:
+            if tag_kind == "ALIAS" or record.target:
                 declarations.append(Alias(record.name, parse_address(record.target), record.comment))
                 continue
             kind = type_of(record, types)
             declarations.append(tag_of(record, kind, types, report, owner))
             if record.forced:
-                note_forces(record, kind, record.dims, types, report, scoped(owner, record.name))
-        except L5xError:
+                note_forces(record, kind, record.dims, types, report, full_name)
+        except L5xError:  # a LadderError, but the file as a whole is invalid
             raise
         except LadderError as error:
-            report.leave_out(scoped(owner, record.name), str(error), record.line)
+            report.leave_out(full_name, str(error), record.line)
     return declarations
 
 
@@ -143,7 +144,7 @@ def read_initial(
         report.lose(name, f"{consequence}: {error}", record.line)
         return None
     if losses:
-        suffix = f", and {len(losses) - 1} more" * (len(losses) > 1)
+        suffix = f", and {len(losses) - 1} more" if len(losses) > 1 else ""
         report.lose(name, f"{losses[0]}{suffix}", record.line)
     return initial
 

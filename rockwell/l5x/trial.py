@@ -162,7 +162,11 @@ class Outcome:
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:
-    """Run a controller or program on both back ends; compare them after each scan."""
+    """Run a controller or program on both back ends, and compare them after each scan; return the outcome.
+
+    After a major fault the scans go on, so that later rungs run too. A difference, an expired watchdog or an
+    exhausted budget ends the trial.
+    """
     outcome = Outcome()
     compiled, interpreted = controller.compile(), controller.interpret()
     for number in range(work.scans):
@@ -190,7 +194,7 @@ def lockstep(controller: LadderLogic, work: Work) -> Outcome:
 
 
 def _scan(engine: Engine) -> LadderFault | None:
-    """Run a scan; return its major fault."""
+    """Run a scan; return its major fault, None without one."""
     try:
         engine.step()
     except LadderFault as fault:

@@ -56,7 +56,7 @@ class UnknownTypes:
 
     def __init__(self, document: L5xDocument, types: Types) -> None:
         self._types = types
-        self._members = {
+        self._members = {  # type names by member, by data type; both names in capitals
             record.name.upper(): {member.name.upper(): member.type for member in record.members}
             for record in document.data_types
         }
@@ -104,6 +104,7 @@ class UnknownTypes:
             yield from scope.values()
 
     def _is_unknown(self, name: str) -> bool:
+        """Return whether no type has this name; for "" and the name of an unusable type, return False."""
         key = name.upper()
         if not key or key in self._members or key in self._add_ons:
             return False
@@ -114,6 +115,7 @@ class UnknownTypes:
         return False
 
     def _shows_type(self, record: TagRecord) -> bool:
+        """Return whether a tag's type is defined, or can be inferred from the tag's decorated values."""
         try:
             type_of(record, self._types)
         except LadderError:
@@ -123,16 +125,19 @@ class UnknownTypes:
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define undefined types from their use; return them by name, axes with only the added members."""
         routines = list(routines)
-        arguments = [
-            argument for owner, routine in routines for argument in self._arguments_in(owner, routine)
-        ]
+        arguments: list[Argument] = []
+        for owner, routine in routines:
+            arguments += self._arguments_in(owner, routine)
         self._types_of_undeclared = dict(self._undeclared(arguments))
-        guesses = Guesses(self._use_of, self._type_of, lambda _name: (), specs)
-        guesses.read_all(
-            (owner, routine)
-            for owner, routine in routines
-            if self.names or (owner.upper(), routine.name.upper()) in self._routines_with_axes
-        )
+        guesses = Guesses(missing=self._use_of, known=self._type_of, of_call=lambda _name: (), specs=specs)
+        if self.names:
+            guesses.read_all(routines)
+        else:  # only the members of axes are unknown
+            guesses.read_all(
+                (owner, routine)
+                for owner, routine in routines
+                if (owner.upper(), routine.name.upper()) in self._routines_with_axes
+            )
         member_arguments = self._member_arguments(arguments)
         defined: dict[str, DataType] = {}
         for key in self.names:

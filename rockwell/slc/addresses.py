@@ -96,6 +96,7 @@ def parse(text: str, *, file: bool = False) -> Address:
 
 
 def _element(text: str, *, indexed: bool) -> Step:
+    """Return the step to an element by its number or indirect address; an indexed one adds S:24."""
     index = _index(text)
     if indexed:
         return SubscriptStep((Operation("+", (index, INDEX)),))
@@ -136,6 +137,7 @@ def _steps_inside(letters: str, part: str | None, bit: str | None, text: str) ->
 
 
 def _steps_in_structure(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
+    """Return the steps in a timer, counter or control; bits of its first word are members."""
     if part is not None and part.isdigit() and part != "0":
         if int(part) > len(WORDS[letters]):
             raise AddressTextError(f"{text!r}: an element has words 0 to 2")
@@ -185,10 +187,12 @@ def text_of(operand: Operand, *, file: bool = False) -> str:
 
 
 def _index_text(index: Operand) -> str:
+    """Return a number as text, or an indirect address in brackets."""
     return str(index) if isinstance(index, Number) else f"[{text_of(index)}]"
 
 
 def _address_text(address: Address) -> str:
+    """Return an address in the notation of exports, with `#` only if it is indexed by S:24."""
     bit_number = _number_of_bit(address)
     if bit_number is not None:
         return f"{address.name}/[{text_of(bit_number)}]"
@@ -222,4 +226,5 @@ def _number_of_bit(address: Address) -> Operand | None:
 
 
 def _is_status_bit(file: str, member: str) -> bool:
+    """Return whether a member is a bit of the first word of a timer, counter or control."""
     return member in STRUCTURED.get(file[:1], {}).values()

@@ -92,6 +92,7 @@ class DataFiles:
         self._file(STATUS).need(WORDS)
 
     def _file(self, name: str) -> _File:
+        """Return a file by name; add an empty one if it is new."""
         return self._files.setdefault(name.upper(), _File(name.upper()))
 
     # --- values
@@ -107,7 +108,10 @@ class DataFiles:
         return not self._files.keys().isdisjoint((name, letters, letters.removesuffix("X")))
 
     def add_values(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
-        """Add the values of a data file; yield the address, text and line of each error."""
+        """Add the values of a data file; yield the address, text and line of each error.
+
+        The file is extended to its last value. Values of a type that is not read are an error.
+        """
         letters = letters_of(record.file)
         if letters not in TYPES or letters in UNREAD:
             if record.rows:
@@ -149,6 +153,12 @@ class DataFiles:
                         self._extend_files(instruction, spec)
 
     def _add_address(self, address: Address, *, is_bit: bool) -> None:
+        """Extend a file to the element of an address, and add the member that the address names.
+
+        An indirect address needs all elements.
+
+        `is_bit` tells whether the instruction uses the address as a bit.
+        """
         file = self._file(address.name)
         for index, step in enumerate(address.steps):
             if isinstance(step, WordStep) and (index == 0 or step.mark == ":"):
@@ -189,7 +199,7 @@ class DataFiles:
 
     @property
     def images(self) -> list[str]:
-        """Return the images in use, such as `I:1` and `O:1`."""
+        """The images in use, such as `I:1` and `O:1`."""
         return [name for name in self._files if name.startswith(("I:", "O:"))]
 
     def _type(self, file: _File) -> DataType:
@@ -201,6 +211,7 @@ class DataFiles:
         return Structure(f"{file.name}_type", members) if members else INT
 
     def _initial(self, file: _File) -> list[Any] | None:
+        """Return the elements up to the last one with a value; None without values. DATA has precedence."""
         values: dict[int, Any] = {**file.presets, **file.values}
         if not values:
             return None

@@ -61,6 +61,7 @@ def value_of(letters: str, words: Sequence[str]) -> Any:
 
 
 def _text(word: str) -> str:
+    """Return the characters between quotation marks; raise a ValueError for other texts or too many."""
     if not word.startswith('"'):
         raise ValueError(f"{word} is not a text in quotation marks")
     if len(word) - 2 > TEXT_LENGTH:

@@ -188,6 +188,7 @@ class _SlcReader:
         self._words = None
 
     def _add_rung(self, words: list[str], line: int, end: int, *, whole: bool) -> None:
+        """Add a rung to the current ladder file, with the comments before it; end the current section."""
         self._end_section()
         self._rung_count += 1
         if self._rung_count > MOST_RUNGS:
@@ -226,7 +227,7 @@ class _SlcReader:
         self._in_forces = self._in_unknown = False
 
     def _read_line(self, line: Line) -> None:
-        """Read a line outside of rungs."""
+        """Read a line outside of rungs: a heading, values, settings, or comments; note an unknown line."""
         text = line.plain
         if self._data is not None:
             element = self._element_in(line)

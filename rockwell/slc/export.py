@@ -71,6 +71,7 @@ def _is_same(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:
 
 
 def _ladder_lines(program: Program) -> Iterator[str]:
+    """Yield the lines of all ladder files: heading, and each rung after its comments."""
     for routine in program.routines:
         name = f' "{routine.comment}"' if routine.comment else ""
         yield f"LADDER {routine.name[len(ROUTINE) :]}{name}"
@@ -80,6 +81,7 @@ def _ladder_lines(program: Program) -> Iterator[str]:
 
 
 def _data_lines(program: Program) -> Iterator[str]:
+    """Yield the lines of all data files with values; only the first line of a file has the heading."""
     for tag in program.declarations:
         if not isinstance(tag, Tag) or not isinstance(tag.initial, list):
             continue
@@ -102,6 +104,7 @@ def _values_of(tag: Tag) -> Iterator[str]:
 
 
 def _number(value: float) -> str:
+    """Return a number as text, in the Windows notation if it is not finite."""
     if isinstance(value, int) or math.isfinite(value):
         return str(value)
     return "1.#QNAN" if math.isnan(value) else f"{'-' if value < 0 else ''}1.#INF"

@@ -78,7 +78,10 @@ class _Importer:
         self._rungs: dict[tuple[int, int], SlcRungRecord] = {}  # by numbers of ladder file and rung
 
     def run(self) -> SlcImport:
-        """Import the document; see `import_slc`."""
+        """Import the document; see `import_slc`.
+
+        Rungs that can't be built are refused, and the rest is built again, up to `ROUNDS` times.
+        """
         document, report = self._document, self._report
         for line, text, data_file in document.others:
             report.note(text.split()[0], f"the line is not understood: {text}"[:200], line)
@@ -108,6 +111,7 @@ class _Importer:
     # --- rungs
 
     def _routine(self, record: LadderRecord) -> Routine:
+        """Return the routine of a ladder file; refuse unreadable rungs, which become empty."""
         reader = RungReader(self._specs)
         rungs = []
         for number, rung in enumerate(record.rungs):
@@ -124,6 +128,7 @@ class _Importer:
         return Routine(routine_name(record.number), tuple(rungs), record.name)
 
     def _refuse(self, file: int, number: int, reason: str, remedy: str, column: int = 1) -> None:
+        """Add a rung to the refused ones; its column is counted from 1."""
         rung = self._rungs[file, number]
         place = (self._document.file, rung.line, self._document.name, routine_name(file), number, column)
         self._report.refused.append(Refusal(*place, rung.text[:LONGEST], reason, remedy))
@@ -135,12 +140,9 @@ class _Importer:
         refused: set[tuple[int, int]] = set()
         for problem in problems:
             file, number = files.get(problem.site.routine), problem.site.rung
-            if (
-                file is None
-                or number is None
-                or (file, number) not in self._rungs
-                or (file, number) in refused
-            ):
+            if file is None or number is None:
+                continue
+            if (file, number) not in self._rungs or (file, number) in refused:
                 continue
             refused.add((file, number))
             self._refuse(file, number, problem.text, problem.remedy)

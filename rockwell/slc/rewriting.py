@@ -105,6 +105,7 @@ def rewritten_slc(
     for edit in edits:
         ladder = _ladder_of(edit, ladders)
         texts = _slc_texts(edit, specs)
+        # `position` is the line before which new rungs are added; a ladder file may have no rung yet
         rung = rung_lines.get((ladder.number, max(edit.rung, 0)))
         position = ladder.line if rung is None else rung.begin
         if rung is not None and edit.rung != BEFORE_FIRST:
@@ -119,6 +120,7 @@ def rewritten_slc(
         if added and position >= len(lines) and not text.endswith("\n"):
             added = newline + added
         changes.append(_Change(position, position, added))
+    # from the end of the file, so that the indexes of earlier lines stay valid
     for begin, end, new_text in sorted(changes, key=lambda change: (change.begin, change.end), reverse=True):
         lines[begin:end] = [new_text]
     encoded = "".join(lines).encode(encoding, errors="surrogateescape")

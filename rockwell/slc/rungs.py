@@ -96,12 +96,14 @@ class RungReader:
         return self._words[self._index].upper() if self._index < len(self._words) else ""
 
     def _series(self) -> Series:
+        """Read elements up to the end of the rung or of a leg."""
         elements: list[Element] = []
         while (word := self._peek()) and word not in (NEXT, END):
             elements.append(self._branch() if word == BEGIN else self._instruction())
         return tuple(elements)
 
     def _branch(self) -> Branch:
+        """Read a branch from BST to BND; refuse one that is nested too deep or has no BND."""
         if self._depth == BRANCHES:
             self._fail(f"the rung has more than {BRANCHES} nested branches", "use several rungs")
         self._depth += 1
@@ -117,6 +119,11 @@ class RungReader:
         return Branch(tuple(legs))
 
     def _instruction(self) -> Instruction:
+        """Read a mnemonic and its operands.
+
+        The operands end at a mnemonic, a word of a branch, or the end. After all operands, a word that may
+        be the mnemonic of an unknown instruction ends them too.
+        """
         start = self._index
         name = self._peek()
         spec = self._specs.get(name)
@@ -130,7 +137,7 @@ class RungReader:
                 break
             self._index += 1
         words = self._words[start + 1 : self._index]
-        if name == "CPT" and len(words) > 2:
+        if name == "CPT" and len(words) > 2:  # the expression has blanks
             words = [words[0], " ".join(words[1:])]
         operands = self._operands(spec, words, start + 1)
         self._check_count(spec, len(operands), start)
@@ -142,6 +149,7 @@ class RungReader:
         return is_name and not is_address(word) and _HEX.fullmatch(word) is None
 
     def _check_count(self, spec: Spec, count: int, index: int) -> None:
+        """Refuse an instruction at a word if it has a wrong number of operands."""
         expected = spec.expected_count(count)
         if expected:
             self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", index)
@@ -159,6 +167,7 @@ class RungReader:
         return operands
 
     def _routine(self, word: str, index: int) -> Address:
+        """Return the address of the routine that JSR calls."""
         digits = ROUTINE_WORD.fullmatch(word)
         if digits is None:
             self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", index)
@@ -194,6 +203,7 @@ def read_operand(use: Use, word: str) -> Operand:
 
 
 def _number(word: str) -> Number:
+    """Return a decimal or hexadecimal number; a hexadecimal one above 7FFF is a negative word."""
     digits = _HEX.fullmatch(word)
     if digits is None:
         return number(float(word) if re.search(r"[.eE]", word) else int(word))
@@ -241,6 +251,7 @@ def rung_text(series: Series, specs: Mapping[str, Spec]) -> str:
 
 
 def _element_text(element: Element, specs: Mapping[str, Spec]) -> str:
+    """Return an instruction or a branch in the notation of exports."""
     if isinstance(element, Branch):
         legs = f" {NEXT} ".join(rung_text(leg, specs) for leg in element.legs)
         return " ".join(f"{BEGIN} {legs} {END}".split())
@@ -253,6 +264,7 @@ def _element_text(element: Element, specs: Mapping[str, Spec]) -> str:
 
 
 def _operand_text(name: str, use: Use | None, operand: Operand) -> str:
+    """Return an operand in the notation of exports; inverse of `read_operand`."""
     if name == "JSR" and isinstance(operand, Address):
         return f"U:{operand.name[len(ROUTINE) :]}"
     if use is Use.LABEL and isinstance(operand, Address):

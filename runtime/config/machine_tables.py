@@ -59,6 +59,8 @@ class Table(BaseModel):
 
 
 def _validated_later(table: type[Table], _handler: Any) -> core_schema.CoreSchema:
+    """Return a validator for a table that builds the table's own validator on first use."""
+
     def validated(value: object, info: ValidationInfo) -> Table:
         return table.model_validate(value, context=info.context)
 
@@ -87,6 +89,7 @@ class Part(Table):
 
 
 def _level_or_wired(value: object) -> bool | Literal["wired"]:
+    """Return a level or "wired" unchanged; refuse any other value."""
     if isinstance(value, bool):
         return value
     if value == "wired":

@@ -29,6 +29,7 @@ CLAIMS = ("never", "always", "reachable")
 
 
 def _scan_range(value: object) -> tuple[float, float]:
+    """Return the shortest and longest scan, ms; refuse any value but two such numbers in order."""
     if isinstance(value, list | tuple) and len(value) == 2:
         shortest, longest = value
         are_numbers = all(type(limit) in (int, float) for limit in value)
@@ -41,6 +42,7 @@ def _scan_range(value: object) -> tuple[float, float]:
 
 
 def _is_whole_us(ms: float) -> bool:
+    """Return whether a number of ms is a whole number of µs; rounding errors of a float are allowed."""
     return abs(ms * 1000 - round(ms * 1000)) < 1e-6
 
 
@@ -88,10 +90,12 @@ class PropertyTable(Table):
 
     @property
     def _claims(self) -> list[str]:
+        """The keys of claims that the table has; a valid table has one."""
         return [claim for claim in CLAIMS if getattr(self, claim) is not None]
 
     @model_validator(mode="after")
     def _has_one_claim(self) -> Self:
+        """Refuse a property without a claim, or with several."""
         claims = self._claims
         if len(claims) != 1:
             problem = f"this property has {claims[0]} already" if claims else "this property has no condition"

@@ -119,6 +119,7 @@ class _Generator(GenerateJsonSchema):
 
 
 def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
+    """Add a class's docstring to its schema, and rename the limits of its keys; return the schema."""
     keys = described_keys(cls)
     node["description"] = inspect.cleandoc(cls.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
     node.pop("title", None)

@@ -185,6 +185,7 @@ def explained(error: ValidationError, path: Path, lines: KeyLines | None = None)
 def _refusal(
     mistakes: Sequence[_Mistake], path: Path, lines: KeyLines | None, last_line: str = ""
 ) -> RackFileError:
+    """Return the error that lists mistakes, one a line; it has their sites if their lines are known."""
     messages = [mistake.message(path, lines) for mistake in mistakes]
     text = "\n".join([*messages, last_line] if last_line else messages)
     if lines is None:
@@ -194,6 +195,7 @@ def _refusal(
 
 
 def _read(path: Path) -> str:
+    """Return the text of a rack file; raise a RackFileError that says why it can't be read."""
     try:
         return read_input_text(path, TextKind.TOML)
     except FileNotFoundError:
@@ -234,6 +236,7 @@ class _Mistake:
         return ": ".join(filter(None, (key_and_value, self.problem)))
 
     def message(self, path: Path, lines: KeyLines | None) -> str:
+        """Return the reason after the file and, if it is known, the line."""
         location = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
         return f"{location}: {self.reason}"
 
@@ -247,6 +250,7 @@ def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails])
 
 
 def _mistake(details: ErrorDetails) -> _Mistake:
+    """Return the mistake that pydantic found; an error of this package may name an inner key."""
     path: KeyPath = details["loc"]
     kind, value = details["type"], details["input"]
     error = details.get("ctx", {}).get("error")
@@ -330,6 +334,7 @@ def _path_of(cause: ValueError, table: object) -> KeyPath:
 
 
 def _paths_in(table: object) -> Iterable[KeyPath]:
+    """Yield the paths of the keys in a table, and of its options."""
     if isinstance(table, Mapping):
         for key in table:
             yield (key,)

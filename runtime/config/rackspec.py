@@ -227,6 +227,7 @@ class SlotSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_made(self, info: ValidationInfo) -> Self:
+        """Look up the record of the module; refuse a slot from which no module can be made."""
         file_modules = _modules_of_file(info)
         self._record = file_modules[self.module] if self.module in file_modules else MODULES[self.module]
         self.make(seed=0)
@@ -264,6 +265,7 @@ class ForceSpec(Table):
 
 
 def _fault_kind(value: object) -> object:
+    """Return the kind of fault with a name; refuse an unknown name."""
     if isinstance(value, FaultKind):
         return value
     names = [kind.value for kind in FaultKind]
@@ -406,6 +408,7 @@ class RackSpec(Table):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
+        """Refuse a rack whose tables contradict each other; the first contradiction is raised."""
         self._check_times()
         self._check_stubs()
         self._check_axes()
@@ -419,6 +422,7 @@ class RackSpec(Table):
         return self
 
     def _check_times(self) -> None:
+        """Refuse a time that is not a whole number of ns, and an RPI of a MicroLogix."""
         for key, unit in (("scan_ms", "ms"), ("rpi_ms", "ms"), ("watchdog_ms", "ms"), ("run_for_s", "s")):
             value = getattr(self, key)
             if value is not None:
@@ -433,6 +437,7 @@ class RackSpec(Table):
                 raise MisplacedError(("stubs", name), setting, f'must be "{only_value}"')
 
     def _check_axes(self) -> None:
+        """Refuse an axis whose slot is empty or belongs to another axis."""
         slot_numbers = [slot.number for slot in self.slot]
         axis_names: dict[int, str] = {}
         for name, axis in self.axes.items():
@@ -447,6 +452,7 @@ class RackSpec(Table):
             axis_names[axis.slot] = name
 
     def _check_properties(self) -> None:
+        """Refuse two properties with the same name, in any case."""
         names: set[str] = set()
         for index, claim in enumerate(self.prove.property):
             if claim.name.upper() in names:
@@ -460,6 +466,7 @@ class RackSpec(Table):
                 raise MisplacedError(("modules", name), file, "another module has this name")
 
     def _check_slots(self) -> None:
+        """Refuse slots with the same number, unsuitable firmware, and cards unfit for the controller."""
         numbers: set[int] = set()
         for index, slot in enumerate(self.slot):
             if slot.number in numbers:
@@ -512,6 +519,7 @@ class RackSpec(Table):
                     raise MisplacedError(path, switch, reason)
 
     def _check_forces(self) -> None:
+        """Refuse a force on an unknown address, or with a value that does not fit it."""
         words = {slot.number: slot.words for slot in self.slot}
         if any(slot.record.unread for slot in self.slot):
             return  # names of bits may be in a module's file, which is not executed
@@ -521,6 +529,7 @@ class RackSpec(Table):
             _check_at((*path, "value"), force.value, check_value, force.address, address, force.value)
 
     def _check_incidents(self) -> None:
+        """Refuse a fault in a wrong or missing slot, on a real line, or with unknown late words."""
         slot_numbers = [slot.number for slot in self.slot]
         slot_list = ", ".join(map(str, slot_numbers))
         for index, incident in enumerate(self.incident):
@@ -544,9 +553,11 @@ class RackSpec(Table):
                 _check_at(key_path, list(incident.late_words), check_late_words, outputs)
 
     def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
+        """Return the slot of a fault; without the key `slot`, the first one."""
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))
 
     def _check_units(self) -> None:
+        """Refuse two units with the same address."""
         addresses: set[int] = set()
         for index, unit in enumerate(self.unit):
             if unit.address in addresses:
@@ -556,7 +567,7 @@ class RackSpec(Table):
 
 
 def _check_at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
-    """Call `check` and return its result; raise its ValueError as a `MisplacedError` at `path`."""
+    """Return `check(*arguments)`; raise its ValueError as a `MisplacedError` for the value at `path`."""
     try:
         return check(*arguments)
     except ValueError as error:

@@ -78,6 +78,7 @@ class UnitSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_wired(self) -> Self:
+        """Refuse unknown pins and states, a program with another suffix, and a start without a program."""
         from ..controllers.pcl601.pins import Pcl601Pins
         from ..controllers.pcl601.pinstates import connect
 

@@ -93,6 +93,10 @@ class StubTable(Table):
 
     @model_validator(mode="after")
     def _has_only_its_keys(self) -> Self:
+        """Refuse a table with several sources of data, with keys of the other kind, or without data.
+
+        A table of a message has a duration; any other table is of a consumed tag.
+        """
         sources = [name for name in ("value", "table", "rack") if name in self.model_fields_set]
         if len(sources) > 1:
             problem = f"this table has {sources[0]} already: write one of value, table and rack"

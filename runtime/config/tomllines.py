@@ -64,6 +64,7 @@ class KeyLines:
     # the document: headers and assignments
 
     def _read_document(self) -> None:
+        """Read the text; store the line of each table, key and array element."""
         table: KeyPath = ()
         self._skip(_SPACE)
         while self._index < len(self._text):
@@ -74,10 +75,12 @@ class KeyLines:
             self._skip(_SPACE)
 
     def _read_header(self) -> KeyPath:
+        """Read `[table]` or `[[table]]`, and store its line; return the table's path, with its index."""
         line, repeated = self._line_here(), self._text.startswith("[[", self._index)
-        self._index += 1 + repeated
+        bracket_count = 2 if repeated else 1
+        self._index += bracket_count
         keys = self._read_key()
-        self._index += 1 + repeated
+        self._index += bracket_count
         path: KeyPath = ()
         for key in keys[:-1]:
             path = self._last_element((*path, key))
@@ -96,6 +99,7 @@ class KeyLines:
         return (*path, count - 1) if count else path
 
     def _read_assignment(self, table: KeyPath) -> None:
+        """Read `key = value` in a table; store the line of the key, and those in the value."""
         line = self._line_here()
         path = table
         for key in self._read_key():
@@ -106,6 +110,7 @@ class KeyLines:
         self._read_value(path)
 
     def _read_key(self) -> list[str]:
+        """Read a dotted key and the blanks after it; return its parts."""
         keys = []
         while True:
             self._skip(_BLANK)
@@ -124,6 +129,7 @@ class KeyLines:
     # values are skipped, except the elements of arrays and the keys of inline tables
 
     def _read_value(self, path: KeyPath) -> None:
+        """Skip a value; store the lines of the elements and keys in it."""
         first_character = self._text[self._index]
         if first_character == "[":
             self._read_array(path)
@@ -133,6 +139,7 @@ class KeyLines:
             self._take(_STRING if first_character in "\"'" else _SCALAR)
 
     def _read_array(self, path: KeyPath) -> None:
+        """Skip an array; store the line of each element."""
         index = 0
         while not self._skip_to_end("]"):
             self._lines[(*path, index)] = self._line_here()
@@ -155,10 +162,12 @@ class KeyLines:
         return True
 
     def _skip(self, pattern: re.Pattern[str]) -> None:
+        """Skip the text that matches a pattern, if any."""
         match = pattern.match(self._text, self._index)
         self._index = match.end() if match else self._index
 
     def _take(self, pattern: re.Pattern[str]) -> str:
+        """Read the text that matches a pattern, and return it; raise a ValueError if it is empty."""
         match = pattern.match(self._text, self._index)
         if match is None or not match[0]:
             raise ValueError(f"line {self._line_here()}: this is not TOML")
@@ -166,6 +175,7 @@ class KeyLines:
         return match[0]
 
     def _line_here(self) -> int:
+        """Return the line of the next character, counted from the last call on."""
         self._line += self._text.count("\n", self._line_index, self._index)
         self._line_index = self._index
         return self._line

@@ -180,6 +180,7 @@ class Course:
         return Motion(direction, origin, self._start_ns, self.segments)
 
     def _refine(self, factor: int) -> None:
+        """Divide every tick into a number of ticks."""
         self.scale *= factor
         self.end_ticks *= factor
         self.travel *= factor
@@ -213,12 +214,15 @@ class Course:
             self.end_ticks, self.travel = end, self.travel + length * factor
 
     def _ramp(self, from_nsps: int, to_nsps: int, ticks: int, phases: tuple[Phase, ...]) -> None:
+        """Append the phases of a speed change that lasts a number of ticks; nothing for 0 ticks."""
         if ticks:
             change, unit = to_nsps - from_nsps, phases[-1].end
             for phase in phases:
                 begin = self.end_ticks + ticks * phase.start // unit
                 end = self.end_ticks + ticks * phase.end // unit
-                polynomial = _polynomial(phase, unit, self.travel, from_nsps, change, ticks)
+                polynomial = _polynomial(
+                    phase, unit, travel=self.travel, from_nsps=from_nsps, change=change, ticks=ticks
+                )
                 self._append(begin, end, 1 if change > 0 else -1, polynomial)
             self.end_ticks += ticks
             self.travel += (from_nsps + to_nsps) * ticks // 2
@@ -232,8 +236,17 @@ class Course:
             self.segments.append(segment(start_ns, until_ns, ramp, _in_ns(polynomial, scale, skipped)))
 
 
-def _polynomial(phase: Phase, unit: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
-    """Return the travel in a phase of a ramp as a polynomial of its ticks, using the formula above."""
+def _polynomial(
+    phase: Phase, unit: int, *, travel: int, from_nsps: int, change: int, ticks: int
+) -> Polynomial:
+    """Return the travel in a phase of a ramp as a polynomial of its ticks, using the formula above.
+
+    Args:
+        unit: the end of the last phase.
+        travel: travel at the beginning of the ramp.
+        change: speed change in the ramp, in 1e-9 step/s, with sign.
+        ticks: time of the ramp.
+    """
     square = ticks * ticks
     return (
         phase.jerk * change,

@@ -64,7 +64,7 @@ class Motion:
         self.segments = tuple(segments)
         self.end_ns: int | None = None
         self.final_steps: int | None = None
-        self._track = self.segments
+        self._track = self.segments  # and the standstill
         if standstill is not None:
             self.end_ns = standstill.start_ns
             self.final_steps = standstill.steps_at(standstill.start_ns)

@@ -43,9 +43,10 @@ class Hits:
         if self.period:
             self._position = self._position % self.period + 1
             return self._position > self.period - self.count
-        is_hit = self.count > 0
-        self.count -= is_hit
-        return is_hit
+        if self.count == 0:
+            return False
+        self.count -= 1
+        return True
 
 
 def hits_of(value: str) -> Hits:
@@ -77,7 +78,7 @@ class FaultInjector(Device):
         self._drop, self._crc = Hits(), Hits()
         self._delay_ns = 0
         self._silent = False
-        self._waiting: deque[tuple[int, bytes, LineFormat]] = deque()
+        self._waiting: deque[tuple[int, bytes, LineFormat]] = deque()  # instant, reply, format
         self._format: LineFormat | None = None
         self._now_ns = 0
 
@@ -145,6 +146,7 @@ class FaultInjector(Device):
 
 
 def _delay_ms(value: str) -> int:
+    """Return the delay of a reply, ms; raise a ValueError if it is no number or too long."""
     if not (value.isascii() and value.isdecimal() and int(value[:9]) <= DELAY_MAX_MS):
         raise ValueError(f"delay={value}: must be 0 to {DELAY_MAX_MS:,} ms")
     return int(value)

@@ -113,6 +113,7 @@ class Gateway(Generic[Client]):
         self._line.receive(now_ns, data)
 
     def _span_ns(self, characters: float) -> int:
+        """Return the time of characters on the line, in ns; 0 if characters take no time."""
         return self._line.line_format.span_ns(int(2 * characters)) // 2 if self._timed else 0
 
     def _step(self, now_ns: int) -> Replies[Client]:
@@ -133,10 +134,12 @@ class Gateway(Generic[Client]):
         return self._give_up_if_due(now_ns)
 
     def _is_reply(self, data: bytes, request: GatewayRequest[Client]) -> bool:
+        """Return whether bytes are a frame of the request's unit with the request's function."""
         is_from_unit = is_frame(data) and data[0] == self._address_of(request.unit)
         return is_from_unit and data[1] & ~EXCEPTION == request.pdu[0]
 
     def _give_up_if_due(self, now_ns: int) -> Replies[Client]:
+        """End the request at its time limit; return exception 0Bh, or nothing for a broadcast."""
         request = self._sent
         if request is None or now_ns < self._give_up_ns:
             return []

@@ -124,6 +124,7 @@ class LiveLine(Line):
         self._close_port()
 
     def _receive(self) -> None:
+        """Run the thread that receives, and that closes and reopens the port."""
         while not self._closing.is_set():
             try:
                 self._listen()
@@ -141,6 +142,7 @@ class LiveLine(Line):
             self._received.put(data)
 
     def _send(self) -> None:
+        """Run the thread that sends, until `close`."""
         while (sending := self._to_send.get()) is not None:
             with self._lock:
                 try:
@@ -149,6 +151,7 @@ class LiveLine(Line):
                     self._failure = error
 
     def _pass_on(self, data: bytes, line_format: LineFormat) -> None:
+        """Send bytes through the port; drop them while the port is lost."""
         if self._port is not None:
             self._port.follow(line_format)
             self._port.send(data)
@@ -162,6 +165,7 @@ class LiveLine(Line):
         self._close_port()
 
     def _close_port(self) -> None:
+        """Close the port, if there is one; an error while closing is another loss."""
         with self._lock:
             port, self._port = self._port, None
             self._failure = None  # an error of the same port, so not a second loss
@@ -173,6 +177,7 @@ class LiveLine(Line):
             self._losses.put(_message_of(error))
 
     def _reopen(self) -> None:
+        """Wait for `REOPEN_S`, then try to open the port, unless the line is closed in the meantime."""
         if self._closing.wait(REOPEN_S):
             return
         try:

@@ -173,7 +173,10 @@ class Master:
         return b""
 
     def _end_wait(self, request: LineRequest) -> None:
-        """Resume the script with the reply, or with None if the bytes are not exactly one reply."""
+        """Resume the script with the reply, or with None if the bytes are not exactly one reply.
+
+        A missing reply counts as a failure, and may arrive late.
+        """
         reply = request.read(bytes(self._received))
         if isinstance(reply, Reply):
             self._resume(reply)
@@ -184,6 +187,7 @@ class Master:
         self._resume(None)
 
     def _send(self, request: LineRequest) -> bytes:
+        """Return the frame of a request; set the deadline of its reply, and the silence after the frame."""
         line_timing = self._timing
         self.line_format = request.line_format or line_timing.line_format
         end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))

@@ -62,6 +62,7 @@ class RemoteWords:
         return pdus.answer_to(request, lambda command: self._carry_out(now_ns, command))
 
     def _carry_out(self, now_ns: int, request: ModbusPDU) -> ModbusPDU:
+        """Carry out a request; return its reply, or raise a ModbusRefusedError."""
         if isinstance(request, ReadWriteMultipleRegistersRequest):
             span = request.read_address, request.read_count
             self._read(now_ns, self.outputs, *span)  # refuse an invalid read before the write
@@ -74,6 +75,7 @@ class RemoteWords:
         return pdus.reply_to_write(request)
 
     def _write(self, now_ns: int, first: int, values: Sequence[int]) -> None:
+        """Write output words, and count the exchange; count or refuse a torn one."""
         if first + len(values) > len(self.outputs):
             raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         is_torn = len(values) < len(self.outputs)
@@ -92,5 +94,6 @@ class RemoteWords:
         return block[first : first + count]
 
     def _counts_and_age(self, now_ns: int) -> tuple[int, int, int]:
+        """Return exchanges, torn writes and age of the outputs in ms, each of 16 bits."""
         age_ms = COUNT_LIMIT if self.heard_ns is None else (now_ns - self.heard_ns) // 1_000_000
         return self.exchanges & COUNT_LIMIT, self.torn & COUNT_LIMIT, min(age_ms, COUNT_LIMIT)

@@ -172,6 +172,7 @@ class SerialBus:
         return self.now_ns if due_ns is not None and due_ns < self.now_ns else due_ns
 
     def _step(self, now_ns: int) -> None:
+        """Advance all devices to `now_ns`, and deliver the characters that are complete."""
         self.now_ns = now_ns
         for index in range(len(self.devices)):
             self._advance(index)
@@ -179,6 +180,7 @@ class SerialBus:
             self._deliver(heappop(self._in_transit))
 
     def _deliver(self, character: _Character) -> None:
+        """Pass a character to everyone except its sender."""
         self.quiet_since_ns = character.complete_ns
         data = bytes((character.value,))
         if character.sender != MASTER:
@@ -188,6 +190,7 @@ class SerialBus:
                 device.receive(self.now_ns, data)
 
     def _advance(self, index: int) -> None:
+        """Advance a device to the present instant, and queue what it sends."""
         device = self.devices[index]
         data = device.advance(self.now_ns)
         if data:

@@ -237,6 +237,7 @@ NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, *
 
 
 def _check_keys(action_name: str, keys: Collection[str], defaults: Mapping[str, object]) -> None:
+    """Raise a ValueError for an unknown key, or for a missing key that has no default."""
     for key in keys:
         if key not in defaults:
             allowed = ", ".join(defaults) or "no keys"
@@ -323,12 +324,14 @@ def _refuse_oddities(value: object) -> None:
 
 
 def _inside(value: object) -> Iterable[object]:
+    """Return the keys and values of a dictionary, or the items of a list; nothing for other values."""
     if isinstance(value, dict):
         return chain(value, value.values())
     return value if isinstance(value, list) else ()
 
 
 def _is_unicode(text: str) -> bool:
+    """Return whether a text has no unpaired surrogates."""
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -389,6 +392,7 @@ def _are_rungs(value: object) -> bool:
 
 
 def _is_rung(value: object) -> bool:
+    """Return whether a value is a routine, a rung number and the texts that replace that rung."""
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         return False
     routine, number, texts = value

@@ -93,6 +93,7 @@ class Attributes:
         return [self._read(node, params.TimestampsToReturn, now) for node in params.NodesToRead]
 
     def _read(self, item: Any, timestamps: Any, now: datetime) -> Any:
+        """Return the value of a requested attribute, or a bad status in its place."""
         try:
             self.check_named(item)
             self.check_encoding(item)
@@ -117,6 +118,7 @@ class Attributes:
         return self._stamped(value, item, timestamps, now)
 
     def _part_of(self, value: Any, text: str) -> Any:
+        """Return the part of a value in an index range; raise a ValueError for an invalid range."""
         variant = value.Value
         rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
         selected = part_of(variant.Value, parse_ranges(text), rank)
@@ -207,6 +209,7 @@ class Attributes:
         value, dimensions = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
         if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not dimensions:
             return list(value)
+        # a part may have fewer dimensions than the variable, such as one row of a table
         if variant.VariantType != kind or dimensions > rank or (dimensions < rank and not is_part):
             raise BadStatusError("BadTypeMismatch")
         return value

@@ -62,6 +62,7 @@ class UaGuard:
         (self._creates,) = self._ids(("CreateSessionRequest",))
 
     def _ids(self, names: tuple[str, ...]) -> set[Any]:
+        """Return the identifiers by which messages name these requests."""
         return {ua.NodeId(getattr(ua.ObjectIds, f"{name}_Encoding_DefaultBinary")) for name in names}
 
     async def set_up(self, server: Any) -> None:
@@ -106,9 +107,8 @@ class UaGuard:
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
-        processor._should_close_session_on_transport_loss = lambda: (
-            True
-        )  # no other connection may take it over
+        # no other connection may take over the session
+        processor._should_close_session_on_transport_loss = lambda: True
 
         async def processed(*message: Any) -> bool:
             try:
@@ -120,12 +120,19 @@ class UaGuard:
         connection._process_one_msg = processed
 
     def _checked(self, processor: Any, process: Callable[..., Awaitable[Any]]) -> Callable[..., Any]:
+        """Wrap the processing of a connection's requests so that forbidden ones are refused.
+
+        A refused user name or password is answered after `REFUSAL_S`.
+        """
+
         async def checked(kind: Any, *rest: Any) -> Any:
-            if refusal := self._refusal(kind, processor):
+            refusal = self._refusal(kind, processor)
+            if refusal:
                 raise service_error(refusal)
             if kind == self._creates:
                 self._check_session(processor._connection.security_policy, rest[-1].copy())
-                if (watchdog := processor._session_watchdog_task) is not None:
+                watchdog = processor._session_watchdog_task
+                if watchdog is not None:
                     watchdog.cancel()  # the watchdog of the earlier, closed session would keep running
             try:
                 return await process(kind, *rest)

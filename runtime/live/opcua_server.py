@@ -78,7 +78,7 @@ class OpcUaServer:
         return self._server.iserver
 
     async def start(self, setup: TagSetup) -> None:
-        """Show the tags and listen."""
+        """Configure asyncua's server, replace the services of its sessions, show the tags, and listen."""
         self._process.version = setup.version
         accept_unknown_values()
         server = self._server
@@ -100,6 +100,7 @@ class OpcUaServer:
         await self._listen(guard)
 
     def _set_limits(self) -> None:
+        """Limit connections, pending requests, subscriptions, queues and messages."""
         inner_server = self._inner
         inner_server.max_connections = CLIENTS_MAX
         inner_server.max_pending_messages_per_connection = PENDING_MOST
@@ -148,6 +149,7 @@ class OpcUaServer:
         return tidying
 
     async def _release_later(self) -> None:
+        """Release the memory of all connections that have ended within `TIDY_S`."""
         await asyncio.sleep(TIDY_S)
         self._release_task = None
         await self._server.bserver._close_tasks()
@@ -163,6 +165,7 @@ class OpcUaServer:
     # --- sessions
 
     def _hook_sessions(self) -> None:
+        """Replace asyncua's services of each new session by those of this package."""
         create = self._inner.create_session
 
         def created(name: Any, *more: Any, **named: Any) -> Any:
@@ -184,6 +187,8 @@ class OpcUaServer:
         self._inner.create_session = created
 
     def _reading(self, client: str) -> Service:
+        """Return a session's Read service, which reads the tags of a request together."""
+
         async def reading(params: Any) -> Any:
             self._attributes.check_read(params)
             await self._refresh(map(self._attributes.tag_of, params.NodesToRead), client)
@@ -219,6 +224,8 @@ class OpcUaServer:
     # --- subscriptions
 
     def _subscribing(self, create: Service, client: str) -> Service:
+        """Wrap CreateSubscription: interval and lifetime are limited, and publishing reads the tags."""
+
         async def subscribing(params: Any, *more: Any, **named: Any) -> Any:
             params.RequestedPublishingInterval = interval(params.RequestedPublishingInterval)
             if params.RequestedLifetimeCount:  # 0 = the longest lifetime
@@ -234,6 +241,8 @@ class OpcUaServer:
         return subscribing
 
     def _changing(self, change: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """Wrap ModifySubscription so that the publishing interval is limited."""
+
         def changing(params: Any) -> Any:
             params.RequestedPublishingInterval = interval(params.RequestedPublishingInterval)
             return change(params)
@@ -252,6 +261,8 @@ class OpcUaServer:
         return publishing
 
     def _monitoring(self, create: Service, client: str) -> Service:
+        """Wrap CreateMonitoredItems so that the items of all clients are limited, and have values."""
+
         async def monitoring(params: Any) -> Any:
             services = self._inner.subscription_service.subscriptions.values()
             item_count = sum(len(service.monitored_item_srv._monitored_items) for service in services)
@@ -295,6 +306,7 @@ class OpcUaServer:
     async def _exchange(
         self, operations: Sequence[Operation], client: str, version: int
     ) -> list[bytes | None] | None:
+        """Carry out a packet in the scan process, one at a time; see `_carry_out`."""
         async with self._turn:
             if version != self._process.version:
                 return None
@@ -378,6 +390,7 @@ async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socke
     changes: set[asyncio.Task[None]] = set()
 
     def renew() -> None:
+        """Show the tags of an edited program; if the scan process has ended, end the server."""
         try:
             setup: TagSetup = pickle.loads(pipe.recv_bytes())
         except (EOFError, OSError):
@@ -385,7 +398,8 @@ async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socke
             if not connection_ended.done():
                 connection_ended.set_result(None)
             return
-        changes.add(task := asyncio.create_task(server.show(setup)))
+        task = asyncio.create_task(server.show(setup))
+        changes.add(task)  # the event loop itself keeps no reference to a task
         task.add_done_callback(changes.discard)
 
     loop.add_reader(pipe.fileno(), renew)

@@ -37,6 +37,8 @@ def limit_operations(session: Any) -> None:
     """Refuse a session's requests if they contain too many operations or none."""
 
     def limited(service: Service, name: str) -> Service:
+        """Wrap a service that has its operations in the field `name`, see `LISTS`."""
+
         async def limiting(params: Any, *more: Any) -> Any:
             count = len((getattr(params, name) if name else params) or ())
             if not count and session.state.name != "Closed":  # the end of a session deletes any subscriptions

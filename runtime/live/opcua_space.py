@@ -100,6 +100,7 @@ class TagSpace:
                 new_node.attribute.datachange_callbacks.update(old_node.attribute.datachange_callbacks)
 
     def _clear(self) -> None:
+        """Remove all nodes of tags, and the references to them."""
         objects = self._space[ua.NodeId(ua.ObjectIds.ObjectsFolder)]
         own_ids = set(self._node_ids)
         objects.references[:] = [
@@ -117,6 +118,7 @@ class TagSpace:
             await call(handle, deleted)
 
     def _add_all(self, parent: Any, items: Iterator[Leaf | TagGroup]) -> None:
+        """Add the nodes of groups and variables under a parent, up to `VARIABLES_MOST` variables."""
         for item in items:
             if len(self.nodes) >= VARIABLES_MOST:
                 return
@@ -134,6 +136,7 @@ class TagSpace:
                     self._add_variable(array.node_id, leaf)
 
     def _add_variable(self, parent: Any, leaf: Leaf) -> None:
+        """Add the node of a variable; its value is missing until the first read."""
         variable = leaf.variable
         node_id = self._add(parent, variable.path, leaf.name, self._variable, is_variable=True)
         access = ua.AccessLevel.CurrentRead.mask
@@ -245,6 +248,7 @@ class TagSpace:
             await self._space.write_attribute_value(node.node_id, ua.AttributeIds.Value, value)
 
     def _value_of(self, variable: Variable, data: bytes, now: datetime) -> Any:
+        """Return the value of a variable's bytes, with `now` as both timestamps."""
         kind = ua.VariantType[TYPES[variable.type_name]]
         dims = list(variable.dims) if len(variable.dims) > 1 else None
         variant = ua.Variant(variable.value_in(data), kind, dims, bool(variable.dims))

@@ -93,8 +93,11 @@ class Subscriptions:
         for result in created:
             if result.StatusCode.is_good():
                 service._monitored_items[result.MonitoredItemId].timestamps = params.TimestampsToReturn
-        results, refused_result = iter(created), ua.MonitoredItemCreateResult
-        return [refused_result(status(refusal)) if refusal else next(results) for refusal in refusals]
+        created_results = iter(created)  # of the accepted items, in order
+        return [
+            ua.MonitoredItemCreateResult(status(refusal)) if refusal else next(created_results)
+            for refusal in refusals
+        ]
 
     async def modify_items(self, params: Any) -> list[Any]:
         """Change the known items; return a result for each item."""
@@ -131,6 +134,10 @@ class Subscriptions:
         return self._filter_refusal(target, item.RequestedParameters.Filter)
 
     def _filter_refusal(self, target: Any, item_filter: Any) -> str:
+        """Return the name of the status that refuses a filter, or "" if the filter is allowed.
+
+        Values may have a filter of changes, with an absolute deadband if they are single numbers.
+        """
         kind = type(item_filter).__name__  # asyncua decodes some filters as its own classes
         if target.AttributeId == ua.AttributeIds.EventNotifier:
             return "" if kind == "EventFilter" else "BadEventFilterInvalid"

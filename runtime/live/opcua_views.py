@@ -50,6 +50,7 @@ class Views:
         self._all = sum(self._fields)
 
     def _start_refusal(self, node_id: Any) -> str:
+        """Return the name of the status that refuses a node, or "" if the node exists."""
         if node_id.is_null():
             return "BadNodeIdInvalid"
         return "" if node_id in self.space else "BadNodeIdUnknown"
@@ -75,21 +76,22 @@ class Views:
         return ""
 
     def references(self, description: Any) -> Iterator[Any]:
-        """Yield the references that a browse requests."""
+        """Yield the references of a node that a browse requests, with only the requested fields."""
         directions = {ua.BrowseDirection.Forward: (True,), ua.BrowseDirection.Inverse: (False,)}
         forward = directions.get(description.BrowseDirection, (True, False))
         kinds = None if description.ReferenceTypeId.is_null() else {description.ReferenceTypeId}
         if kinds is not None and description.IncludeSubtypes:
             kinds.update(self._subtypes(description.ReferenceTypeId))
         for reference in self.space[description.NodeId].references:
-            if reference.IsForward not in forward or (
-                kinds is not None and reference.ReferenceTypeId not in kinds
-            ):
+            if reference.IsForward not in forward:
+                continue
+            if kinds is not None and reference.ReferenceTypeId not in kinds:
                 continue
             if not description.NodeClassMask or description.NodeClassMask & reference.NodeClass:
                 yield self._masked(reference, description.ResultMask)
 
     def _subtypes(self, kind: Any) -> Iterator[Any]:
+        """Yield the types below a reference type, at any depth."""
         for reference in self.space[kind].references:
             if reference.ReferenceTypeId == self._subtype and reference.IsForward:
                 yield reference.NodeId
@@ -124,7 +126,7 @@ class Browsing:
         self._numbers = count(1)
 
     async def browse(self, params: Any) -> list[Any]:
-        """Answer Browse."""
+        """Answer Browse; return a result for each node: its references, or the status that refuses it."""
         if not params.View.ViewId.is_null():
             raise service_error("BadViewIdUnknown")
         references_most, paused_before = params.RequestedMaxReferencesPerNode, list(self._paused)

@@ -125,6 +125,10 @@ class OperatorActions:
         self._cpu.mode = CpuMode[action.mode.upper()]
 
     def _press(self, action: actions.Press, _at_ns: int) -> str | None:
+        """Set an input of a card or of a simulated module.
+
+        Return a sentence if this ends the card's timeline, else None.
+        """
         module: Any = self._rack.slots[action.slot].module
         device = getattr(module, "module", module)  # an ExposedModule wraps the device
         if isinstance(device, NamedInputs):
@@ -143,11 +147,13 @@ class OperatorActions:
         return None
 
     def _write(self, action: actions.Write, _at_ns: int) -> None:
+        """Set a tag of the program; refuse an image."""
         if self._image_address(action.tag) is not None:
             raise ValueError(f"{action.tag} is an image, which every scan writes again; force it instead")
         self._writable_tags(action.tag).tags[action.tag] = action.value
 
     def _store(self, action: actions.Store, _at_ns: int) -> None:
+        """Set bytes of an output image or of a tag, for a client; bits that are 1 in `keep` stay."""
         data, keep = bytes.fromhex(action.data), bytes.fromhex(action.keep)
         slot = output_slot(action.tag)
         if slot is not None and slot in self._rack.slots:
@@ -163,6 +169,7 @@ class OperatorActions:
         tags.store(action.tag, action.offset, data, keep)
 
     def _force(self, action: actions.Force, _at_ns: int) -> None:
+        """Force a word or bit of an image, or a tag."""
         address = self._image_address(action.tag)
         if address is None:
             self._writable_tags(action.tag).force(action.tag, action.value)
@@ -172,6 +179,7 @@ class OperatorActions:
             self._cpu.forces.set(address, int(action.value))
 
     def _unforce(self, action: actions.Unforce, _at_ns: int) -> None:
+        """Remove the force on an image or a tag, or all forces."""
         if action.tag == ALL:
             self._cpu.forces.clear()
             if self._tags is not None:
@@ -182,6 +190,7 @@ class OperatorActions:
             self._writable_tags(action.tag).unforce(action.tag)
 
     def _inject_fault(self, action: actions.InjectFault, at_ns: int) -> None:
+        """Inject a fault into a simulated module."""
         module = self._rack.slots[action.slot].module
         if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {action.slot}: can't inject faults into real modules")
@@ -196,6 +205,7 @@ class OperatorActions:
         self._edit_program(action, at_ns)
 
     def _writable_tags(self, tag: str) -> WritableTags:
+        """Return the tags of the program; refuse to set `tag` if there are none."""
         if self._tags is None:
             raise ValueError(f"{tag}: the program has no tags that can be set; images can be forced")
         return self._tags
@@ -220,7 +230,7 @@ _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Mode: lambda action: f"The key is turned to {action.mode}.",
     actions.Pause: lambda _action: "The rack pauses.",
     actions.Continue: lambda _action: "The rack continues.",
-    actions.Step: lambda action: f"{action.scans} scan{'s' * (action.scans != 1)}, then a pause.",
+    actions.Step: lambda action: f"{action.scans} scan{'' if action.scans == 1 else 's'}, then a pause.",
     actions.Speed: lambda action: f"The speed is {action.factor}.",
     actions.Press: lambda action: (
         f"Slot {action.slot}: the {action.name} input is {_LEVELS[action.on]}{_by(action.by)}."

@@ -98,6 +98,7 @@ class Ring:
         return ring
 
     def _open(self, memory: SharedMemory, shape: RingShape) -> None:
+        """Divide the memory into head, rows, messages and snapshots; make the function `put`."""
         self.shape = shape
         self.memory = memory
         self.dtype = row_type(shape.memory_bytes, shape.figures)
@@ -253,6 +254,7 @@ class Records:
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
+        """Return the bytes between two positions, which may go past the end of the buffer."""
         begin, stop = since % self._size, end % self._size
         if end == since:
             return b""
@@ -271,10 +273,12 @@ _END_OF_BUFFER = 0xFFFF_FFFF
 
 
 def _aligned(length: int) -> int:
+    """Return a length rounded up to a multiple of 8."""
     return -(-length // 8) * 8
 
 
 def _split(copy: bytes, since: int, size: int) -> list[bytes]:
+    """Return the records in bytes that begin at position `since`, without gaps at the buffer's end."""
     records, offset = [], 0
     while offset < len(copy):
         (length,) = _LENGTH.unpack_from(copy, offset)
@@ -287,7 +291,7 @@ def _split(copy: bytes, since: int, size: int) -> list[bytes]:
 
 
 def row_type(memory_bytes: int, figures: int) -> np.dtype[Any]:
-    """Return the memory layout of a row."""
+    """Return the memory layout of a row, see `Rows`; the pad makes its size a multiple of 8 bytes."""
     fields: list[tuple[Any, ...]] = [
         ("scan", "<u4"),
         ("flags", "<u4"),
@@ -303,4 +307,5 @@ def row_type(memory_bytes: int, figures: int) -> np.dtype[Any]:
 
 
 def _row_struct(shape: RingShape, pad: int) -> Struct:
+    """Return the layout of `row_type` for packing, with a number of pad bytes."""
     return Struct(f"<IIqq{shape.figures}q{shape.memory_bytes}sI{pad}x")

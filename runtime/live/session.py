@@ -229,6 +229,7 @@ class Session:
         self.obey_all(at_ns, scan)
 
     def _check_breakpoints(self) -> None:
+        """Take the breakpoints that the latest scan has met, and pause unless scans are being repeated."""
         if self.stops is None:
             return
         stops, self.state.ran = self.stops.stops, self.stops.ran
@@ -312,6 +313,7 @@ class Session:
         self._show()
 
     def _refuse_after_fault(self) -> None:
+        """Raise a ValueError if the CPU has faulted."""
         if self._fault is not None:
             raise ValueError(_fault_refusal(self._fault))
 
@@ -326,6 +328,7 @@ class Session:
     # --- handlers: one action each
 
     def _pause(self, _action: object = None) -> None:
+        """Stop after the present scan; this ends a step."""
         self._refuse_if_live("pause")
         self.state.paused = True
         self._end_step()
@@ -333,11 +336,13 @@ class Session:
         self._show()
 
     def _continue(self, _action: object) -> None:
+        """End the pause and the present step."""
         self.state.paused = False
         self.state.met = []
         self._end_step()
 
     def _step(self, action: actions.Step) -> None:
+        """Run a number of scans, then pause."""
         self._refuse_if_live("step")
         self._continue(action)
         self._step_end = self._next_scan + action.scans
@@ -355,6 +360,7 @@ class Session:
         self.set_speed(None if isinstance(action.factor, str) else float(action.factor))
 
     def _break(self, action: actions.Breakpoint) -> None:
+        """Set a breakpoint on a rung or a tag, unless it is set already."""
         self._refuse_if_live("breakpoint")
         if action.at not in self.state.breakpoints:
             routine_or_tag, rung, condition = _parse_breakpoint(action.at)
@@ -365,6 +371,7 @@ class Session:
             self.state.breakpoints.append(action.at)
 
     def _unbreak(self, action: actions.RemoveBreakpoint) -> None:
+        """Remove a breakpoint, or all; the program keeps one that another text also names."""
         if action.at == ALL:
             self._debugger().clear_breakpoints()
             self.state.breakpoints = []
@@ -378,11 +385,13 @@ class Session:
         self.state.breakpoints = remaining
 
     def _debugger(self) -> Stops:
+        """Return the program's breakpoints; raise a ValueError if it has none."""
         if self.stops is None:
             raise ValueError("the program has no breakpoints")
         return self.stops
 
     def _begin_branch(self, action: actions.Branch) -> None:
+        """Prepare another session that begins at an earlier scan, and end this one."""
         self._refuse_if_live("branch")
         if action.scan > self._next_scan:
             raise ValueError(f"scan {action.scan} has not been run yet; the next one is {self._next_scan}")

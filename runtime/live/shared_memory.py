@@ -43,6 +43,7 @@ class SharedMemory:
 
 
 def _new_handle(size: int) -> int | str:
+    """Return the handle of new memory: a name on Windows, else the descriptor of an unnamed file."""
     if sys.platform == "win32":
         return f"scanrack-{secrets.token_hex(16)}"
     else:  # noqa: RET505 - a type checker reads only the branch of its platform

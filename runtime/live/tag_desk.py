@@ -109,7 +109,7 @@ class TagDesk(QuietListener):
         if self.on_hold or not self.has_request:
             return
         begun_ns = wall_ns()
-        at_ns = self._next_scan[0]
+        at_ns, _ = self._next_scan
         try:
             reply = answered(self._mailbox.request(), self.version, at_ns, self._carry_out)
         except (struct.error, IndexError):  # a server died while it wrote the request
@@ -135,6 +135,7 @@ class TagDesk(QuietListener):
         return b""
 
     def _read(self, requested: ReadBytes) -> bytes:
+        """Return bytes of a program's tag or of an image; raise a ValueError beyond its end."""
         image_number = requested.tag - self._program_tag_count
         if image_number < 0:
             return self._tags.read(requested.tag, requested.offset, requested.size)

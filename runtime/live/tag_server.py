@@ -51,6 +51,7 @@ ScanExchange = Callable[[list[Packet]], ExchangeResults | None]
 
 
 def _bytes_of(operation: Operation) -> int:
+    """Return the number of bytes for which an operation counts in a batch."""
     size = operation.size if isinstance(operation, ReadBytes) else 2 * len(operation.data)
     return max(size, OPERATION_BYTES)
 
@@ -113,6 +114,7 @@ class TagServer:
         return any(client.waiting for client in self.clients.values())
 
     def _handle(self, ready: socket.socket, events: int) -> None:
+        """Accept a client, answer a datagram, or receive from and send to a client."""
         if ready is self._listening:
             self._accept()
         elif ready is self._udp:
@@ -130,6 +132,7 @@ class TagServer:
     # --- clients
 
     def _accept(self) -> None:
+        """Accept a client; close its connection if there is no place for it."""
         try:
             connection, address = self._listening.accept()
         except OSError:
@@ -163,11 +166,13 @@ class TagServer:
             self._drop(client, str(error))
 
     def _send(self, client: Client, data: bytes) -> None:
+        """Send bytes to a client; while some are unsent, wait until it can take more."""
         writes = 0 if client.send(data) else selectors.EVENT_WRITE
         if self._selector.get_key(client.socket).events != selectors.EVENT_READ | writes:
             self._selector.modify(client.socket, selectors.EVENT_READ | writes)
 
     def _drop(self, client: Client, reason: str) -> None:
+        """End a client's connection, and keep the reason."""
         self.dropped, self.reason = self.dropped + 1, reason
         if self.clients.pop(client.socket, None) is not None:
             self._selector.unregister(client.socket)
@@ -175,9 +180,11 @@ class TagServer:
         client.socket.close()
 
     def _answer_datagram(self, udp: socket.socket) -> None:
+        """Receive a datagram, and answer it if it is a request."""
         try:
             data, sender = udp.recvfrom(1 << 12)
-            if reply := self._sessions.datagram(data):
+            reply = self._sessions.datagram(data)
+            if reply:
                 udp.sendto(reply, sender)
         except OSError:
             return
@@ -221,6 +228,7 @@ class TagServer:
             return None
 
     def _reply(self, client: Client, instant: Instant) -> None:
+        """Answer a client's next packet with the results of its operations."""
         try:
             self._send(client, client.session.reply(client.waiting.pop(0), instant))
         except Exception as error:  # as above

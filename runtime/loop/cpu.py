@@ -98,7 +98,8 @@ class Cpu:
         if mode is not CpuMode.RUN:
             self._phases.stop_modules()
         self._prepare()
-        if (prepared := attached(logic)) is not None:
+        prepared = attached(logic)
+        if prepared is not None:
             prepared.__attach_logic__(self._view.slot)
 
     @property
@@ -223,7 +224,8 @@ class Cpu:
         self._closed = True
         with ExitStack() as stack:
             stack.callback(self._listeners.close)
-            if (prepared := attached(self.program)) is not None:
+            prepared = attached(self.program)
+            if prepared is not None:
                 stack.callback(prepared.__close_logic__)
 
     def __enter__(self) -> Self:
@@ -235,6 +237,7 @@ class Cpu:
         self.close()
 
     def _loop(self, scans: int) -> None:
+        """Run scans; turn an error into a fault of the CPU, unless it ends the run, as Ctrl-C does."""
         try:
             self._ahead.run(scans)
         except (Exception, SystemExit, WatchdogTimeout) as error:
@@ -257,6 +260,7 @@ class Cpu:
         return self.scan + self._scanning
 
     def _prepare(self) -> None:
+        """Plan the phases of the next scan, see `ScanPhases.prepare`."""
         tags_set = self._tags_set_before == self._next_scan
         self._phases.prepare(self._mode, tags_set=tags_set, tags_forced=bool(self._tag_forces))
 
@@ -277,6 +281,7 @@ class Cpu:
         self._serve_requests()
 
     def _serve_requests(self) -> None:
+        """Apply changed forces and a new mode, report them, and plan the next scan."""
         self._phases.attention = False
         if self.forces.commit() or self._tag_forces_changed:
             self._tag_forces_changed = False
@@ -289,6 +294,10 @@ class Cpu:
         self._prepare()
 
     def _change_mode(self, mode: CpuMode) -> None:
+        """Stop the modules, switch to a mode, and report it.
+
+        The next call of the logic is a first one if the CPU leaves program mode for run or test mode.
+        """
         self._phases.stop_modules()
         if self._mode is CpuMode.PROGRAM and mode is not CpuMode.SINGLE_SCAN:
             self._view.first = True
@@ -328,6 +337,7 @@ class Cpu:
         self._listeners.scan(self.scan, self.now_ns, self._phases.flags | ScanFlag.FAULT)
 
     def _report_fault(self) -> None:
+        """Pass the fault to the listeners, after the events of modules."""
         if self.fault is not None:
             self._phases.report_module_events()
             self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)

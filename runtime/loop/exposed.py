@@ -114,6 +114,7 @@ class ExposedModule(Module):
             self._acts = _by_time([*self._acts, *_acts(incident)])
 
     def _check(self, incident: InjectedFault) -> None:
+        """Raise a ValueError for a fault or a condition that the module can't simulate."""
         kind, conditions = incident.what, self._conditions
         if kind is FaultKind.CONDITION and conditions is not None:
             conditions.check(incident.state)
@@ -140,6 +141,7 @@ class ExposedModule(Module):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance the module to `now_ns`, through the beginnings and ends of faults; return its inputs."""
         self._tear(outputs)
         while self._acts and self._acts[0].at_ns <= now_ns:
             act = self._acts.pop(0)
@@ -199,6 +201,7 @@ class ExposedModule(Module):
         self._latest_outputs.load(outputs)
 
     def _advance(self, now_ns: int, outputs: Image) -> Image:
+        """Advance the module; until the late words of a torn update arrive, it gets the torn outputs."""
         if self._now_ns < self._late_ns < now_ns:
             self.module.update(self._late_ns, self._torn_outputs)
             self._now_ns = self._late_ns
@@ -207,6 +210,7 @@ class ExposedModule(Module):
         return self.module.update(now_ns, self._torn_outputs if is_torn else outputs)
 
     def _carry_out(self, act: _Act) -> None:
+        """Begin or end a fault, and add its event."""
         kind, begins, state = act.fault.what, act.begins, act.fault.state
         if isinstance(self.module, OnALine) and kind in ON_THE_LINE:
             self.module.disturb(kind, begins=begins, lasts=bool(act.fault.for_ns))
@@ -217,6 +221,7 @@ class ExposedModule(Module):
         self.events.append(fault_event(act.at_ns, kind, begins=begins, state=state))
 
     def _change_faults(self, kind: FaultKind, *, begins: bool) -> None:
+        """Add or remove a present fault, and show the worst one; a power cycle resets a fatal error."""
         if kind is FaultKind.POWER_CYCLE:
             self._faults.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
@@ -228,6 +233,10 @@ class ExposedModule(Module):
         self._show_worst_fault()
 
     def _show_worst_fault(self) -> None:
+        """Put the module into its worst present fault, or end its faults.
+
+        A fatal error ends with a power cycle of the module.
+        """
         worst = next((kind for kind in WORST_FIRST if kind in self._faults), None)
         if worst is self._shown or not isinstance(self.module, ModuleWithFaults):
             return
@@ -235,18 +244,21 @@ class ExposedModule(Module):
             self._faults.discard(FaultKind.FATAL_ERROR)  # loss of power resets it
         elif self._shown is FaultKind.FATAL_ERROR:
             self.module.power_cycle()
+        # the power cycle above has already ended a fatal error
         if worst is not None or self._shown is not FaultKind.FATAL_ERROR:
             self.module.inject(TROUBLES[worst] if worst else None)
         self._shown = worst
 
 
 def _can_happen(kind: FaultKind, module: Module) -> bool:
+    """Return whether a module can simulate a kind of fault other than a condition."""
     if kind in ON_THE_LINE:
         return isinstance(module, OnALine)
     return kind not in TROUBLES or isinstance(module, ModuleWithFaults)
 
 
 def _acts(fault: InjectedFault) -> Iterable[_Act]:
+    """Yield the beginning of a fault, and its end if it has a duration."""
     yield _Act(fault.at_ns, fault, begins=True)
     if fault.for_ns and fault.what in LASTING:
         yield _Act(fault.at_ns + fault.for_ns, fault, begins=False)

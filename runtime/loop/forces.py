@@ -126,6 +126,7 @@ class Forces:
         self._on_change()
 
     def _masks(self, image: str) -> tuple[_MaskedWord, ...]:
+        """Return the words of all images of a kind, "I" or "O", that have forced bits."""
         masks: dict[tuple[int, int], _MaskedWord] = {}
         for target, value in self._values.items():
             if target.image == image:
@@ -145,6 +146,7 @@ def check_value(address: str, target: Address, value: object) -> None:
 
 
 def _add_force(masked: _MaskedWord, bit: int | None, value: int) -> None:
+    """Add a force on a bit, or on the whole word for None; a later force takes precedence."""
     mask = WORD_MASK if bit is None else 1 << bit
     forced_bits = value & WORD_MASK if bit is None else value << bit
     masked.keep &= ~mask

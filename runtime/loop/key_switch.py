@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from typing_extensions import override
 
@@ -12,6 +13,11 @@ from .listeners import QuietListener
 from .scan import CpuMode
 
 
+class _KeyTurn(NamedTuple):
+    at_ns: int
+    mode: CpuMode
+
+
 class KeySwitch(QuietListener):
     """A listener that turns the CPU's key to program and back at the end of a scan."""
 
@@ -19,12 +25,12 @@ class KeySwitch(QuietListener):
         self._cpu = cpu
         turns = []
         for fault in incidents:
-            turns.append((fault.at_ns, CpuMode.PROGRAM))
+            turns.append(_KeyTurn(fault.at_ns, CpuMode.PROGRAM))
             if fault.for_ns:
-                turns.append((fault.at_ns + fault.for_ns, CpuMode.RUN))
+                turns.append(_KeyTurn(fault.at_ns + fault.for_ns, CpuMode.RUN))
         self._turns = sorted(turns)
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        while self._turns and self._turns[0][0] <= now_ns:
-            self._cpu.mode = self._turns.pop(0)[1]
+        while self._turns and self._turns[0].at_ns <= now_ns:
+            self._cpu.mode = self._turns.pop(0).mode

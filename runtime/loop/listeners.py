@@ -112,6 +112,7 @@ class Listeners:
         self._sort()
 
     def _sort(self) -> None:
+        """Find out whether all listeners can receive rows."""
         receivers = [listener for listener in map(by_rows, self.listeners) if listener is not None]
         self._by_rows = receivers if len(receivers) == len(self.listeners) else None
 

@@ -29,9 +29,10 @@ class Options(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            details = error.errors(include_url=False)[0]
-            key = str(details["loc"][0]) if details["loc"] else "options"
-            raise SettingError(key, self._mistake(details)) from None
+            first_mistake = error.errors(include_url=False)[0]
+            path = first_mistake["loc"]
+            key = str(path[0]) if path else "options"
+            raise SettingError(key, self._mistake(first_mistake)) from None
 
     @classmethod
     def of(cls, values: Mapping[str, JsonValue] | None) -> Self:
@@ -44,6 +45,7 @@ class Options(BaseModel):
 
     @classmethod
     def _mistake(cls, details: ErrorDetails) -> str:
+        """Return the sentence about a mistake that pydantic found."""
         error = details.get("ctx", {}).get("error")
         if not details["loc"]:
             return f"options: {error}"
@@ -51,14 +53,16 @@ class Options(BaseModel):
         if len(details["loc"]) > 1:
             return f"option {name}: {error or details['msg']}"
         if details["type"] == "extra_forbidden":
+            close_names = difflib.get_close_matches(name, cls.model_fields, n=1)
             hint = f"choose from {', '.join(cls.model_fields)}"
-            if close_names := difflib.get_close_matches(name, cls.model_fields, n=1):
+            if close_names:
                 hint = f"did you mean {close_names[0]}?"
             return f"option {name}: the {cls.owner} has no such option; {hint}"
         return f"option {name}: {error or _problem(cls.model_fields[name], details)}"
 
 
 def _problem(field: FieldInfo, details: ErrorDetails) -> str:
+    """Return what is wrong with the value of an option, and what is allowed."""
     value = details["input"]
     if get_origin(field.annotation) is Literal:
         return f"{value!r} is not allowed: {', '.join(map(str, get_args(field.annotation)))}"
@@ -70,6 +74,7 @@ def _problem(field: FieldInfo, details: ErrorDetails) -> str:
 
 
 def _range(field: FieldInfo) -> str:
+    """Return the range of a number, such as `1 to 8` or `0 and more`."""
     lower = next(limit.ge for limit in field.metadata if hasattr(limit, "ge"))
     upper = next((f"to {limit.le}" for limit in field.metadata if hasattr(limit, "le")), "and more")
     return f"{lower} {upper}"

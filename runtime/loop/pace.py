@@ -133,6 +133,7 @@ class RealTime(Pacer):
 
     @override
     def wait(self) -> bool:
+        """Wait until the next scan is due; count and measure its delay; return whether it is late."""
         now_ns = time.monotonic_ns()
         if now_ns >= self._beat_ns:
             self._beat(now_ns)
@@ -149,6 +150,7 @@ class RealTime(Pacer):
         return class_index > 0
 
     def _beat(self, now_ns: int) -> None:
+        """Call `beat`, and set the earliest instant of the next call."""
         self._beat_ns = now_ns + max(0, BEAT_NS - 2 * self._period_ns)
         self.beat()
 
@@ -201,6 +203,7 @@ class AdjustablePace(RealTime):
 
     @override
     def wait(self) -> bool:
+        """Wait as `RealTime` does; at full speed, only call `beat` if it is due, and return False."""
         if self._speed is not None:
             return super().wait()
         now_ns = time.monotonic_ns()
@@ -438,6 +441,7 @@ class _Ticker:
             self._interval, self._handler = previous
 
     def _run(self) -> None:
+        """Interrupt the main thread at every interval, until the interval is 0."""
         while True:
             time.sleep(self._interval)
             with self._changing:
@@ -475,7 +479,8 @@ def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterat
         nonlocal presses
         presses += 1
         stop()
-        if presses > 2 or (presses == 2 and _on_stack(inside, frame)):
+        interrupts_logic = presses == 2 and _on_stack(inside, frame)
+        if interrupts_logic or presses > 2:
             raise KeyboardInterrupt
 
     previous = signal.signal(signal.SIGINT, pressed)
@@ -522,7 +527,9 @@ _ended_by: list[str] = []
 
 
 def _interrupt(number: int, _frame: FrameType | None) -> None:
-    _ended_by.append(name := signal.Signals(number).name)
+    """Handle a signal as Ctrl-C, and keep its name for messages."""
+    name = signal.Signals(number).name
+    _ended_by.append(name)
     if name == "SIGHUP":  # shell and kernel both send it, and the second one would interrupt the stop
         signal.signal(number, signal.SIG_IGN)
     if not callable(signal.getsignal(signal.SIGINT)):

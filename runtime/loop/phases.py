@@ -139,6 +139,7 @@ class ScanPhases:
     # phases of special scans
 
     def _pace(self) -> None:
+        """Wait until the scan is due, and flag it if it is late."""
         is_late = self._pacer.wait()
         self.flags = self._prepared_flags | ScanFlag.OVERRUN if is_late else self._prepared_flags
 
@@ -236,10 +237,14 @@ class ScanPhases:
 
 
 def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool, outside: bool) -> int:
-    return (
-        mode.value
-        | first * ScanFlag.FIRST_SCAN.value
-        | forced_in * ScanFlag.INPUT_FORCES.value
-        | forced_out * ScanFlag.OUTPUT_FORCES.value
-        | outside * ScanFlag.TAGS_FROM_OUTSIDE.value
-    )
+    """Return the flags of a scan: its mode, and a bit for each condition that applies."""
+    flags = mode.value
+    if first:
+        flags |= ScanFlag.FIRST_SCAN.value
+    if forced_in:
+        flags |= ScanFlag.INPUT_FORCES.value
+    if forced_out:
+        flags |= ScanFlag.OUTPUT_FORCES.value
+    if outside:
+        flags |= ScanFlag.TAGS_FROM_OUTSIDE.value
+    return flags

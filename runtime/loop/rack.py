@@ -97,6 +97,7 @@ def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
 
 
 def _slot(card: Card, memory: memoryview, places: ImagePlaces) -> Slot:
+    """Return the slot of a card, with its images as parts of the rack's memory."""
     outputs, inputs = Image(buffer=memory[places.outputs]), Image(buffer=memory[places.inputs])
     description = card.slot, card.module, card.catalog, card.firmware
     return Slot(*description, outputs, inputs, card.words, card.round_trip_ms)
@@ -109,6 +110,7 @@ def check_slot_number(number: object) -> None:
 
 
 def _checked(cards: Iterable[Card]) -> list[Card]:
+    """Return the cards; raise a ValueError for an invalid slot number, or one that is used twice."""
     cards_by_slot: dict[int, Card] = {}
     for card in cards:
         check_slot_number(card.slot)

@@ -3,9 +3,9 @@
     scan n            phase           by rows
     at n * period     input_latch     copies the scan's row into the rack's memory
                       logic           calls the program, as usual
-                      output_latch    checks that the memory still equals the row, so that there is nothing to
-                      send record          passes on the scan; there are no events housekeeping    advances
-                      number and time
+                      output_latch    checks that the memory still equals the row: nothing to send
+                      record          passes on the scan; there are no events
+                      housekeeping    advances number and time
 
 New outputs, a request, a stop, or an action on a module ends the block in the same scan, which then
 continues with the ordinary phases.
@@ -110,6 +110,7 @@ class ScansAhead:
             self._exchange.catch_up(self._phases.view.now_ns)
 
     def _by_phases(self, scans: int) -> int:
+        """Run scans phase by phase until they are done or a stop is requested; return `scans`."""
         phases, phase = self._phases, self.present
         try:
             for _ in repeat(None, scans):
@@ -198,6 +199,11 @@ class ScansAhead:
     # each scan is passed on at its end
 
     def _scan_one_by_one(self, scans: Iterable[tuple[bytes, bool]]) -> None:
+        """Run scans by rows; each is passed on at its end.
+
+        A scan that ends the block continues with the phases that are still due. In an error, `present` is
+        the phase that failed.
+        """
         phases, memory, latch, period_ns = self._phases, self._memory, self._latch, self._period_ns
         view, logic, pass_on, flags = phases.view, phases.call_logic, phases.listeners.scan, phases.flags
         phase: Phase = phases.input_latch
@@ -227,6 +233,11 @@ class ScansAhead:
     # many scans are passed on together
 
     def _scan_at_once(self, block: Block, start: int, count: int) -> None:
+        """Run `count` scans by rows from index `start`, and pass them on together.
+
+        A scan that ends the block is passed on with them if it is complete; otherwise its phases after the
+        logic run.
+        """
         phases, view, period_ns = self._phases, self._phases.view, self._period_ns
         numbers = list(range(view.number, view.number + count))
         times = list(range(view.now_ns, view.now_ns + count * period_ns, period_ns))
@@ -237,7 +248,7 @@ class ScansAhead:
             is_complete = self._run_logic(numbers, times, rows, self._program_in_rows(block, start))
             self.present = phases.record
         finally:
-            self._pass_on(view.number + is_complete)
+            self._pass_on(view.number + 1 if is_complete else view.number)
             self._pending = _NO_ROWS
         if is_complete and not self._ends:
             view.number += 1

@@ -40,6 +40,7 @@ class _SlipState:
         self._slips_next = self._draw_next()
 
     def _draw_next(self) -> bool:
+        """Draw whether the next passage slips."""
         return self._random.getrandbits(_CHANCE_BITS) < self._threshold
 
     def due(self) -> int:
@@ -49,7 +50,8 @@ class _SlipState:
     def begin(self) -> int:
         """Begin a passage; return the steps that it loses."""
         steps_lost = self.due()
-        self._occurrences_left -= steps_lost > 0
+        if steps_lost:
+            self._occurrences_left -= 1
         self._slips_next = self._draw_next()
         return steps_lost
 
@@ -71,7 +73,7 @@ class Shaft:
         for index, slip in enumerate(slips):
             state = _SlipState(slip, Random(f"{seed}/{index}"))
             for direction in (1, -1):
-                if slip.direction != -direction:
+                if slip.direction != -direction:  # 0 slips in both directions
                     self._slips.setdefault((slip.at, direction), []).append(state)
         self._obstacles = sorted(
             {position for position, _ in self._jams} | {position for position, _ in self._slips}
@@ -102,6 +104,7 @@ class Shaft:
         return self._high - self.position if direction > 0 else self.position - self._low
 
     def _follow_past_obstacles(self, direction: int, steps: int) -> None:
+        """Follow motor steps from obstacle to obstacle; slips and jams lose some of them."""
         while steps:
             if (self.position, direction) in self._jams:
                 self._departing = 0

@@ -56,6 +56,7 @@ def input_of(value: object) -> InputBit:
 
 
 def _number(value: object) -> Fraction:
+    """Return a number as an exact fraction; a float has the value of its shortest decimal form."""
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         try:
             return Fraction(str(value))  # the shortest decimal form of a float
@@ -65,6 +66,7 @@ def _number(value: object) -> Fraction:
 
 
 def _ratio(value: object) -> Fraction:
+    """Return a number, or a text such as "4/3", as a fraction."""
     try:
         return Fraction(value) if isinstance(value, str) else _number(value)
     except (ValueError, ZeroDivisionError):
@@ -109,6 +111,7 @@ def refusal(owner: object, field: str, value: object, allowed: str) -> ValueErro
 
 
 def _check_whole(owner: object, field: str, minimum: int | None = None) -> None:
+    """Raise a ValueError if a field is not a whole number, or is below a minimum; True is not one."""
     value = getattr(owner, field)
     is_int = isinstance(value, int) and not isinstance(value, bool)
     if not is_int or (minimum is not None and value < minimum):
@@ -117,12 +120,14 @@ def _check_whole(owner: object, field: str, minimum: int | None = None) -> None:
 
 
 def _check_choice(owner: object, field: str, choices: tuple[object, ...]) -> None:
+    """Raise a ValueError if a field is not one of the choices; 1 is not True."""
     value = getattr(owner, field)
     if not any(value is choice or (value == choice and type(value) is type(choice)) for choice in choices):
         raise refusal(owner, field, value, ", ".join(map(repr, choices)))
 
 
 def _check_input(owner: object, value: object) -> None:
+    """Raise a ValueError if a value is not exactly one input."""
     if not (isinstance(value, InputBit) and value in tuple(InputBit)):
         raise refusal(owner, "input", value, "one of " + ", ".join(str(bit.name) for bit in InputBit))
 
@@ -233,7 +238,7 @@ class EncoderSpec:
         ratio: object = self.counts_per_step
         if isinstance(ratio, bool) or not isinstance(ratio, int | Fraction) or ratio <= 0:
             raise refusal(self, "counts_per_step", ratio, "a Fraction or a whole number, more than 0")
-        object.__setattr__(self, "counts_per_step", Fraction(ratio))
+        object.__setattr__(self, "counts_per_step", Fraction(ratio))  # the dataclass is frozen
         _check_choice(self, "direction", (1, -1))
         if self.marker_every is not None:
             _check_whole(self, "marker_every", 1)
@@ -366,6 +371,7 @@ class MachineSpec:
         self._check_wiring()
 
     def _check_parts(self, field: str, kind: type) -> None:
+        """Turn a field into a tuple; raise a ValueError if it has parts of another kind."""
         parts = getattr(self, field)
         if not isinstance(parts, Iterable):
             raise refusal(self, field, parts, f"a sequence of {kind.__name__}")
@@ -375,6 +381,11 @@ class MachineSpec:
                 raise refusal(self, field, part, f"{kind.__name__} only")
 
     def _check_wiring(self) -> None:
+        """Raise a ValueError if parts contradict each other at an input.
+
+        An input has one kind of contact. A station's input has no switch. Only a fed input can be returned
+        to its source.
+        """
         normally_closed = {switch.input for switch in self.switches if switch.normally_closed}
         normally_open = {switch.input for switch in self.switches if not switch.normally_closed}
         for bit in sorted(normally_closed & normally_open):

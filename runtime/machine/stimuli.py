@@ -69,6 +69,7 @@ class Stimuli:
         self.next_ns = self._soonest_ns()
 
     def _soonest_ns(self) -> int:
+        """Return the instant of the next timeline entry, or start or end of a pulse; FAR without one."""
         soonest = self._entries[self._index].at_ns if self._index < len(self._entries) else FAR
         for station_work in self._works:
             soonest = min(soonest, station_work.due_ns, station_work.until_ns)
@@ -81,6 +82,7 @@ class Stimuli:
             self.next_ns = self._soonest_ns()
 
     def _act_at(self, at_ns: int) -> None:
+        """Carry out the timeline entries that are due at an instant; begin and end pulses."""
         while self._index < len(self._entries) and self._entries[self._index].at_ns == at_ns:
             self._act(self._entries[self._index])
             self._index += 1
@@ -95,6 +97,7 @@ class Stimuli:
                 self.pulses |= station_work.station.input.value
 
     def _act(self, entry: TimelineEntry) -> None:
+        """Hold or release an input, and add the event."""
         self.hold(entry.input, entry.energized)
         self._report(entry.at_ns, entry.input, self._sentence(entry), entry.energized)
 
@@ -109,6 +112,7 @@ class Stimuli:
         self._act(TimelineEntry(now_ns, bit, energized))
 
     def _sentence(self, entry: TimelineEntry) -> str:
+        """Return the sentence for an entry's event."""
         name = _INPUT_TITLES[entry.input]
         if entry.energized is None:
             return f"The {name} input follows the machine again."

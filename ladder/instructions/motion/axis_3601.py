@@ -128,7 +128,11 @@ def _round_within(value: float, limit: int) -> int:
 
 
 def update_tag(axis: Axis) -> None:
-    """Update the axis's tag from the module's inputs, after each scan."""
+    """Update the axis's tag from the module's inputs, after each scan.
+
+    If the module disappears with the servo on, the servo turns off, and ModuleFault is set until the module
+    is back.
+    """
     state, tag, machine = axis.state, axis.tag, axis.machine
     position = int(state["Position"]) / axis.settings.counts_per_unit
     seconds = (machine.now_ns - int(tag["~shown_ns"])) / 1e9

@@ -77,6 +77,7 @@ class Course:
         return Dynamics(*(float(self._member(name)) for name in DYNAMICS))
 
     def _phases(self, kind: Kind) -> Phases:
+        """Return the phases of the course's own profile; none if it ends at once or follows a master."""
         entry = float(self._member("entry"))
         if kind is Kind.MOVE:
             return move(self.goal, entry, self.dynamics)
@@ -113,7 +114,10 @@ class Course:
         self.set_hidden(**{name: getattr(dynamics, name) for name in DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
-        """Return how far the axis moves, which is its master's travel since the last call times a ratio."""
+        """Return how far the axis moves, which is its master's travel since the last call times a ratio.
+
+        Store the master's position for the next call, and the speed of the axis.
+        """
         travel = (position - self.goal) * ratio
         self.set_hidden(goal=position, entry=speed * ratio)
         return travel

@@ -79,7 +79,7 @@ class IdealAxis(MotionSpot):
     """An ideal axis in a scan."""
 
     def __init__(self, memory: Memory, ideal: Ideal, number: int) -> None:
-        part, self.settings = ideal.axes[-number - 1]
+        part, self.settings = ideal.axes[-number - 1]  # numbers are -1, -2, ...
         super().__init__(memory, part)
         self.ideal, self.number = ideal, number
         self.courses = {planner: Course(self, ideal, planner) for planner in PLANNERS}
@@ -196,6 +196,10 @@ class IdealAxis(MotionSpot):
         self._show(moving)
 
     def _end(self, course: Course, present: Instant) -> None:
+        """End a course with PC; its travel moves to `start`, for a move exactly to `target`.
+
+        A home search redefines the position instead.
+        """
         if course.kind is Kind.HOME:
             self.redefine(float(self["HomePosition"]) - float(self["~start"]))
             self.set_bits(BITS, AxisHomedStatus=True)
@@ -218,6 +222,10 @@ class IdealAxis(MotionSpot):
             self.set_bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
 
     def _show(self, moving: Sequence[tuple[Course, Instant]]) -> None:
+        """Write the tag's members, report ACCEL and DECEL to the instructions, and check MAW.
+
+        The axis stays active, so that the next scan updates it, while it moves or MAW is armed.
+        """
         present = total((REST, *(instant for _, instant in moving)))
         position, unwind = float(self["~start"]) + present.travel, self.settings.unwind
         self._check_watch(position)
@@ -226,7 +234,7 @@ class IdealAxis(MotionSpot):
             **dict.fromkeys(("ActualPosition", "CommandPosition"), shown),
             **dict.fromkeys(("ActualVelocity", "CommandVelocity", "AverageVelocity"), present.speed),
         )
-        on, shut = self.is_on("ServoActionStatus"), self.is_on("ShutdownStatus")
+        servo_on, shut_down = self.is_on("ServoActionStatus"), self.is_on("ShutdownStatus")
         for course, motion in moving:
             course.report(ACCEL=motion.change > 0, DECEL=motion.change < 0)
         kinds = {course.kind for course, _ in moving}
@@ -238,10 +246,10 @@ class IdealAxis(MotionSpot):
             DecelStatus=present.change < 0,
             VelocityStandstillStatus=present.speed == 0,
             InPositionStatus=kinds <= {Kind.GEAR},
-            PowerStructureEnabledStatus=on,
+            PowerStructureEnabledStatus=servo_on,
         )
-        state = RUNNING if on else STOPPED
-        self.put(CIPAxisState=SHUT if shut else state)
+        state = RUNNING if servo_on else STOPPED
+        self.put(CIPAxisState=SHUT if shut_down else state)
         self.set_hidden(position=position, active=bool(kinds or self["~watch"]))
 
 

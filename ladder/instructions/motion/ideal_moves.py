@@ -63,6 +63,7 @@ def _servo_on(axis: IdealAxis, _call: MotionCall) -> None:
 
 
 def _switch(axis: IdealAxis, *, on: bool) -> None:
+    """Set the servo bits, and mark the axis to be updated after the scan."""
     axis.set_bits(BITS, ServoActionStatus=on, DriveEnableStatus=on)
     axis.set_hidden(active=True)
 
@@ -86,6 +87,7 @@ def _switch_off(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _reset(axis: IdealAxis, call: MotionCall) -> None:
+    """Run MASR, which ends a shutdown, or MAFR, which has nothing to do on an ideal axis."""
     if call.name == "MASR":
         restart(axis)
 
@@ -98,6 +100,10 @@ def _profile(axis: IdealAxis, call: MotionCall, index: int) -> tuple[Dynamics, b
 
 
 def _move(axis: IdealAxis, call: MotionCall) -> None:
+    """Begin MAM; raise a MotionError if an operand is out of range.
+
+    The stored target excludes the present travel of all courses, as `start` does.
+    """
     move_type, operand = int(call.number(0)), in_range(call.number(1))
     dynamics, merge = _profile(axis, call, 2)
     if not 0 <= move_type <= ROTARY_NEGATIVE:
@@ -111,7 +117,7 @@ def _move(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _target_position(move_type: int, operand: float, position: float, unwind: float) -> float:
-    """Return the target position of a move, given its move type.
+    """Return the target position of a move, given its move type; `unwind` is 0 for a linear axis.
 
     >>> [_target_position(move_type, 10.0, 350.0, 360.0) for move_type in range(5)]
     [10.0, 360.0, 370.0, 370.0, 10.0]
@@ -123,9 +129,8 @@ def _target_position(move_type: int, operand: float, position: float, unwind: fl
     if move_type == 0:
         return position // unwind * unwind + operand
     distance = forward_distance(operand - position, unwind)
-    if distance and (
-        move_type == ROTARY_NEGATIVE or (move_type == ROTARY_SHORTEST and distance > unwind / 2)
-    ):
+    is_backward_shorter = move_type == ROTARY_SHORTEST and distance > unwind / 2
+    if distance and (move_type == ROTARY_NEGATIVE or is_backward_shorter):
         distance -= unwind
     return operand + round((position + distance - operand) / unwind) * unwind
 
@@ -147,6 +152,7 @@ STOPS = {
 
 
 def _stop(axis: IdealAxis, call: MotionCall) -> None:
+    """Run MAS: bring the planner of its stop type to rest, with PC at once if nothing moves."""
     stop_type, deceleration = call.keyword(0, STOP_TYPES), axis.maximum("Deceleration")
     planner, kind = STOPS.get(stop_type, ("whole", Kind.STOP))
     if call.says_yes(1):
@@ -210,6 +216,11 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _gear(axis: IdealAxis, call: MotionCall) -> None:
+    """Run MAG: begin to follow the master's position at a ratio.
+
+    Reverse and Unchanged apply to the sign of the previous ratio. A MotionError is raised if there is no
+    master or the axis is its own.
+    """
     number, position = position_of(call.machine, call.operands[0])
     ratio = call.number(2)
     if call.keyword(6, ("Real", "Fraction")).startswith("FRACTION"):
@@ -240,6 +251,7 @@ def position_of(machine: Interpreter, operand: Argument) -> tuple[int, float]:
 
 
 def _watch(axis: IdealAxis, call: MotionCall) -> None:
+    """Arm MAW; the axis's previous MAW ends."""
     report(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
     axis.set_hidden(watch=call.direction_sign(0), watched=call.number(1))
     axis.set_hidden(watch_claim=call.motion.claim, active=True)
@@ -248,12 +260,14 @@ def _watch(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _unwatch(axis: IdealAxis, _call: MotionCall) -> None:
+    """Disarm MAW."""
     report(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
     axis.set_hidden(watch=0, watch_claim=0)
     axis.set_bits(BITS, WatchEventArmedStatus=False)
 
 
 def _arm(axis: IdealAxis, call: MotionCall) -> None:
+    """Arm (MAR) or disarm (MDR) a registration event, which never occurs on an ideal axis."""
     arms = call.name == "MAR"
     event = 2 if call.number(4 if arms else 0) == 2 else 1
     axis.set_bits(BITS, **{f"RegEvent{event}ArmedStatus": arms})

@@ -59,6 +59,7 @@ class IdealSystem(MotionSpot):
         part, numbers = ideal.systems[number - 1]
         super().__init__(memory, part)
         self.ideal = ideal
+        # None for an axis on a 3601 and for a coordinate without an axis, which do not move with the system
         self.axes = [
             IdealAxis(memory, ideal, axis_number) if axis_number < 0 else None for axis_number in numbers
         ]
@@ -168,6 +169,7 @@ class IdealSystem(MotionSpot):
             axis.shift(axis.courses["whole"].follow(path[coordinate], axis_speed))
 
     def _end(self, now_ns: int) -> None:
+        """End the path with PC, and begin the pending path if there is one."""
         self.course.report(PC=True)
         self.stop_at_once(now_ns, pending=False)
         if self["~waiting"]:
@@ -178,6 +180,7 @@ class IdealSystem(MotionSpot):
             self.course.report(AC=True)
 
     def _show(self, now_ns: int) -> None:
+        """Write the positions and status bits to the tag."""
         positions, kind, present = self.positions(now_ns), self.kind, self.course.instant(now_ns)
         self.set_array("ActualPosition", positions)
         self.set_array("CommandPosition", positions)
@@ -296,6 +299,10 @@ def _path(system: IdealSystem, call: MotionCall) -> None:
 
 
 def _stop(system: IdealSystem, call: MotionCall) -> None:
+    """Run MCS: end the transform if its motion type includes it, and bring the path to rest.
+
+    PC is immediate if there is no path to stop.
+    """
     motion_type = call.keyword(0, ("All", "Coordinated Move", "Coordinated Transform"))
     if motion_type in ("ALL", "COORDINATEDTRANSFORM", "COORDINATEDMOTION"):
         report(system.memory, system.ideal, int(system["~transform"]), IP=False)
@@ -313,6 +320,7 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
 
 
 def _change(system: IdealSystem, call: MotionCall) -> None:
+    """Run MCCD: continue the path with the changed speed and rates; those without a Yes stay the same."""
     if system.kind is not Kind.MOVE:
         raise MotionError(ILLEGAL_CHANGE)
     dynamics = system.course.dynamics
@@ -338,6 +346,7 @@ def _restart(system: IdealSystem, _call: MotionCall) -> None:
 
 
 def _transform(system: IdealSystem, call: MotionCall) -> None:
+    """Run MCT or MCTO: show it as active in place of the previous one."""
     report(system.memory, system.ideal, int(system["~transform"]), IP=False)
     system.set_hidden(transform=call.motion.claim)
     call.motion.set(IP=True)

@@ -27,7 +27,6 @@ from .motion_control import AXIS_NOT_CONFIGURED, ILLEGAL, MotionControl, MotionE
 
 USES = {
     "axis": Use.AXIS,
-    "any axis": Use.IGNORED,
     "control": Use.MOTION,
     "group": Use.MOTION_GROUP,
     "system": Use.COORDINATE_SYSTEM,
@@ -53,10 +52,15 @@ _PLAIN = "axis, control"
 
 
 def _use(text: str) -> Use:
+    """Return the use of an operand such as `speed number`, by the last words of its text; see `USES`."""
     return next(use for words, use in USES.items() if f" {text}".endswith(f" {words}"))
 
 
 def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> None:
+    """Begin an instruction if its rung has risen, otherwise update its bits.
+
+    A MotionError sets ER and ERR.
+    """
     motion = _control_of(machine, operands)
     site = machine.lowered.sites[machine.site]
     axis_number = _number_of(machine, operands[0])
@@ -156,7 +160,7 @@ MAM = _row(
 )
 MAG = _row(
     "MAG",
-    "slave axis, master any axis, control, direction word, ratio number, slave counts number, "
+    "slave axis, master axis, control, direction word, ratio number, slave counts number, "
     "master counts number, master reference word, ratio format word, clutch word, acceleration number, "
     "units word",
 )
@@ -178,7 +182,7 @@ MCSV = _row(
 )
 MAPC = _row(
     "MAPC",
-    "slave axis, master any axis, control, direction word, cam profile profile, slave scaling number, "
+    "slave axis, master axis, control, direction word, cam profile profile, slave scaling number, "
     "master scaling number, execution mode word, execution schedule word, master lock position number, "
     "cam lock position number, master reference word, master direction word",
 )
@@ -188,7 +192,7 @@ MATC = _row(
     f"execution mode word, execution schedule word, {_LOCK}, instruction mode word",
     optional=3,
 )
-MDAC = _row("MDAC", "slave axis, master any axis, control, motion type word, master reference word")
+MDAC = _row("MDAC", "slave axis, master axis, control, motion type word, master reference word")
 
 # motion group
 
@@ -263,5 +267,5 @@ MCTPO = _row(
 MCPM = _row(
     "MCPM", "system, control, path other, length number, dynamics other, lock position number, direction word"
 )
-MDCC = _row("MDCC", "slave other, master any axis, control, master reference word, nominal velocity number")
-MDSC = _row("MDSC", "slave other, master any axis, control, master reference word, nominal velocity number")
+MDCC = _row("MDCC", "slave other, master axis, control, master reference word, nominal velocity number")
+MDSC = _row("MDSC", "slave other, master axis, control, master reference word, nominal velocity number")

@@ -65,6 +65,7 @@ def _profile(command: int, target: int, speed: int, rates: Sequence[int]) -> tup
 
 
 def _servo_on(axis: Axis, call: MotionCall) -> None:
+    """Run MSO: turn the servo on, or first request the configuration, after which `follow` turns it on."""
     if axis.tag["ShutdownStatus"]:
         raise MotionError(SHUT_DOWN)
     if axis.status != 0:
@@ -77,6 +78,10 @@ def _servo_on(axis: Axis, call: MotionCall) -> None:
 
 
 def _servo_off(axis: Axis, call: MotionCall) -> None:
+    """Run MSF or MASD: turn the servo off and halt the axis.
+
+    The instruction is done at once, so it does not follow the request of the halt.
+    """
     axis.tag.set(ServoActionStatus=False, DriveEnableStatus=False)
     if call.name == "MASD":
         axis.tag.set(ShutdownStatus=True)
@@ -87,6 +92,7 @@ def _servo_off(axis: Axis, call: MotionCall) -> None:
 
 
 def _reset(axis: Axis, call: MotionCall) -> None:
+    """Run MASR or MAFR: request Reset Errors; MASR also ends a shutdown."""
     if call.name == "MASR":
         axis.tag.set(ShutdownStatus=False)
     if axis.status == 0:
@@ -95,22 +101,24 @@ def _reset(axis: Axis, call: MotionCall) -> None:
 
 
 def _move(axis: Axis, call: MotionCall) -> None:
+    """Begin MAM; raise a MotionError unless its move type is absolute (0) or relative (1)."""
     kind = {0: ABSOLUTE, 1: RELATIVE}.get(int(call.number(0)))
     target = axis.steps(call.number(1))
     if kind is None:
         raise MotionError(OUT_OF_RANGE)
-    _begin_motion(axis, call, 2, kind, COMMANDS[kind], target)
+    _begin_motion(axis, call, index=2, kind=kind, command=COMMANDS[kind], target=target)
 
 
 def _jog(axis: Axis, call: MotionCall) -> None:
-    _begin_motion(axis, call, 1, VELOCITY, 256 if call.direction_sign(0) < 0 else 128, 0)
+    command = 256 if call.direction_sign(0) < 0 else 128
+    _begin_motion(axis, call, index=1, kind=VELOCITY, command=command, target=0)
 
 
 STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
 """Kinds of requests that each stop type of MAS ends; other stop types don't apply to a 3601."""
 
 
-def _begin_motion(axis: Axis, call: MotionCall, index: int, kind: int, command: int, target: int) -> None:
+def _begin_motion(axis: Axis, call: MotionCall, *, index: int, kind: int, command: int, target: int) -> None:
     """Request a move or a jog; the operand at `index` is its speed, and Merge is ten operands later."""
     present = axis.kind_under_way
     merge = call.keyword(index + 10, DISABLED_ENABLED) == "ENABLED"
@@ -128,6 +136,7 @@ def _begin_motion(axis: Axis, call: MotionCall, index: int, kind: int, command: 
 
 
 def _stop(axis: Axis, call: MotionCall) -> None:
+    """Run MAS: request a halt if a motion of its stop type is under way, otherwise set PC."""
     stop_type = call.keyword(0, STOP_TYPES)
     if stop_type == "ALL" or axis.kind_under_way in (*STOPPED_BY.get(stop_type, ()), HALT):
         call.motion.set(DN=True, IP=True)
@@ -137,6 +146,7 @@ def _stop(axis: Axis, call: MotionCall) -> None:
 
 
 def _home(axis: Axis, call: MotionCall) -> None:
+    """Begin MAH with the speed and rates of the rack file or the tag; the axis must be at rest."""
     settings = axis.settings
     if axis.status != STANDSTILL:
         raise MotionError(IN_MOTION)
@@ -148,6 +158,7 @@ def _home(axis: Axis, call: MotionCall) -> None:
 
 
 def _redefine(axis: Axis, call: MotionCall) -> None:
+    """Run MRP: request Preset Position; the axis must be at rest."""
     units = call.number(2)
     if call.keyword(0, REDEFINITIONS) == "RELATIVE":
         units += float(axis.tag["ActualPosition"])
@@ -157,7 +168,10 @@ def _redefine(axis: Axis, call: MotionCall) -> None:
 
 
 def _change(axis: Axis, call: MotionCall) -> None:
-    """Change the speed of a manual move; MCD can't change other moves."""
+    """Change the speed and rates of a manual move; MCD can't change other moves.
+
+    It is done at once, so it does not follow its request.
+    """
     if not axis.tag["JogStatus"] or call.keyword(0, CHANGED_MOTION) != "JOG":
         raise MotionError(ILLEGAL_CHANGE)
     command, *_, up, down = axis.output_words
@@ -194,7 +208,10 @@ def begin(axis: Axis, call: MotionCall) -> None:
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:
-    """Update an instruction's bits from its request."""
+    """Update an instruction's bits from its request, which it forgets once the request is over.
+
+    MSO turns the servo on when its configuration is finished.
+    """
     ticket = motion.ticket
     if not ticket:
         return

@@ -110,7 +110,7 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     stopping = length(stop)
     if speed * direction < 0 or abs(stopping) > abs(distance):
         return (*stop, *move(distance - stopping, 0.0, dynamics)) if speed else ()
-    up, down = (
+    up, down = (  # length of the ramp from or to rest, divided by the square of the speed
         1 / (2 * rate * (1 - share))
         for rate, share in ((dynamics.up, dynamics.up_share), (dynamics.down, dynamics.down_share))
     )
@@ -145,6 +145,7 @@ def instant_at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
 
 
 def _instant_in_phase(phase: Phase, travel: float, seconds: float) -> Instant:
+    """Return the motion at a time in a phase; `travel` is the distance before the phase."""
     fraction = seconds / phase.seconds
     speed, travelled = _unit_ramp(fraction, phase.share)
     change = phase.end - phase.begin

@@ -65,6 +65,7 @@ def _has_lasted(machine: Interpreter, alarm: Members, active: bool) -> bool:
 
 
 def _almd(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
+    """Run one call of ALMD: take the requests, then begin or end the alarm and set its acknowledgment."""
     alarm = Members(machine, group)
     alarm.set(EnableIn=power, EnableOut=power, In=power)
     _copy(machine, alarm, ("ProgAck", "ProgReset", "ProgDisable", "ProgEnable"), operands)
@@ -89,6 +90,7 @@ def _almd(machine: Interpreter, power: bool, group: Group, *operands: Resolved) 
 
 
 def _end_alarm(alarm: Members, *, reset: bool, disabled: bool) -> None:
+    """End the alarm of a condition that has ended, unless it is latched and not reset."""
     if disabled or (alarm["Latched"] and reset):
         alarm.set(InAlarm=False, Acked=True)
     elif not alarm["Latched"]:
@@ -99,6 +101,7 @@ def _end_alarm(alarm: Members, *, reset: bool, disabled: bool) -> None:
 
 
 def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *operands: Resolved) -> None:
+    """Run one call of ALMA, which sets its alarms; a false rung changes only EnableIn and EnableOut."""
     alarm = Members(machine, group)
     alarm.set(EnableIn=power, EnableOut=power)
     if not power:
@@ -141,6 +144,10 @@ def _is_back_inside(alarm: Members, name: str) -> bool:
 
 
 def _set_level(alarm: Members, name: str, *, in_alarm: bool, acknowledged: bool) -> None:
+    """Set InAlarm, Acked and InAlarmUnack of one alarm.
+
+    With AckRequired, a new alarm is not acknowledged.
+    """
     required = alarm["AckRequired"]
     if in_alarm and not alarm[f"{name}InAlarm"]:
         alarm.set(**{f"{name}Acked": not required})

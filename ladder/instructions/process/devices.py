@@ -58,7 +58,7 @@ class _Device:
         self._feedbacks = [f"FB{n}" for n in range(4 if self._has_three else 2)]
 
     def step(self, block: FunctionBlock) -> None:
-        """Run one call."""
+        """Choose the mode and the state, set the outputs, and update both alarms."""
         if block.first:
             block.set(ModeAlarm=False, FaultAlarm=False)
             _mode_alarm(block, 0, self._commands)

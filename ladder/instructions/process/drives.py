@@ -29,7 +29,7 @@ from .function_block import FunctionBlock, block_row
 
 _PARTS = 100_000
 _MOST_PARTS = 10 * _PARTS
-_MOST_EXACT = 1 << 24
+_MOST_EXACT = 1 << 24  # up to here, a REAL holds every integer
 _MOST_SHAPE = 10.0
 
 
@@ -42,7 +42,7 @@ def _initial(block: FunctionBlock) -> float:
 def _with_limits(
     block: FunctionBlock, integral: float, last_integral: float, other_term: float
 ) -> tuple[float, float]:
-    """Limit an integral, and Out, which is the integral plus `other_term` [p. 302-303].
+    """Limit an integral, and Out, which is the integral plus `other_term` [p. 302-303]; set the alarms.
 
     Returns:
         (integral, out)
@@ -87,6 +87,7 @@ def _shaped(block: FunctionBlock, name: str, gain: float, value: float) -> float
 
 
 def _proportional_integral(block: FunctionBlock) -> float:
+    """Run one call of PI; return Out, which stays the same if no time has passed."""
     if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~exact": 0.0})
     value, previous_integral = block.real("In"), block.real("~exact")
@@ -108,6 +109,7 @@ def _proportional_integral(block: FunctionBlock) -> float:
 
 
 def _second_order(block: FunctionBlock) -> float:
+    """Run one call of SOC, as an integral plus a lag; return Out, which stays if no time has passed."""
     if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~y1": 0.0, "~exact": 0.0})
     value, previous_in, previous_integral = block.real("In"), block.real("~x1"), block.real("~exact")
@@ -132,6 +134,11 @@ def _second_order(block: FunctionBlock) -> float:
 
 
 def _pulses(block: FunctionBlock) -> float:
+    """Run one call of PMUL; return Out.
+
+    The change of In wraps at WordSize bits. Out is truncated toward 0, and the rest is kept for the next
+    call.
+    """
     value = int(block["In"])
     size = int(block.limited("WordSize", 2, 32))
     parts = int(block.limited("Multiplier", -_MOST_PARTS, _MOST_PARTS))
@@ -170,6 +177,7 @@ def _highest_rate(rate: float, distance: float, limit: float, jerk: float, secon
 
 
 def _s_curve(block: FunctionBlock) -> float:
+    """Run one call of SCRV: initialize or hold Out, or move it toward In; return Out."""
     target = block.real("In")
     up, down, jerk = (block.limited(f"{name}Rate", 0.0, math.inf) for name in ("Accel", "Decel", "Jerk"))
     if block.first:
@@ -187,7 +195,11 @@ def _s_curve(block: FunctionBlock) -> float:
 
 
 def _follow(block: FunctionBlock, target: float, up: float, down: float, jerk: float) -> float:
-    """Move Out toward In, or to rest with HoldEnable; return Out."""
+    """Move Out toward In, or to rest with HoldEnable; return Out.
+
+    AccelRate limits a motion away from 0 with AbsAlgRamp, otherwise an upward motion. DecelRate limits the
+    others.
+    """
     out, rate, seconds = block.real("~exact"), block.real("~rate"), block.delta_t
     held = block.on("HoldEnable")
     sign = math.copysign(1, rate if held else target - out)

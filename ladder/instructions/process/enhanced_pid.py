@@ -88,6 +88,11 @@ def _requested_mode(loop: _PidLoop) -> str:
 
 
 def _choose_mode(loop: _PidLoop) -> None:
+    """Set the mode.
+
+    Hand and Override have precedence over Manual after a fault or initialization, and that over the
+    requested mode.
+    """
     block = loop.block
     mode = _requested_mode(loop)
     if mode == "CasRat" and not block["AllowCasRat"]:
@@ -103,6 +108,7 @@ def _choose_mode(loop: _PidLoop) -> None:
 
 
 def _set_ratio(loop: _PidLoop) -> float:
+    """Set Ratio within its limits, with its alarms and faults; return it."""
     block = loop.block
     low, high = block.real("RatioLLimit"), block.real("RatioHLimit")
     block.wrong(RatioLimitsInv=low < 0 or high < low)
@@ -140,6 +146,7 @@ def _set_point(loop: _PidLoop) -> None:
 
 
 def _set_error(loop: _PidLoop, point: float) -> None:
+    """Set the error, SP and PV in percent of the span of PV, and E in units."""
     block = loop.block
     value, low = block.real("PV"), block.real("PVEUMin")
     span = block.real("PVEUMax") - low
@@ -169,8 +176,8 @@ def _change(loop: _PidLoop) -> float:
     """Return the change of CV, in percent, due to the gains; store errors and PV for the next calls."""
     block, seconds = loop.block, loop.block.delta_t
     p_gain, i_gain, d_gain = (block.limited(f"{term}Gain", 0.0, math.inf) for term in "PID")
-    percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
-    present = {"e": loop.error, "q": percent}
+    signed_pv = block.real("PVPercent") * (1 if block["ControlAction"] else -1)  # rises as the error
+    present = {"e": loop.error, "q": signed_pv}
     past = _past_errors(loop, present)
     in_deadband = _in_deadband(loop, past["e"][0])
     if seconds <= 0 or not loop.regulates or loop.initializing or in_deadband:
@@ -186,7 +193,10 @@ def _change(loop: _PidLoop) -> float:
 
 
 def _in_deadband(loop: _PidLoop, previous_error: float) -> bool:
-    """Return whether the error is too small to change CV; without ZCOff, only after it has crossed zero."""
+    """Return whether the error is too small to change CV, and set ZCDeadbandOn to that.
+
+    Without ZCOff, it counts as too small only after it has crossed zero.
+    """
     block = loop.block
     band = block.limited("ZCDeadband", 0.0, math.inf)
     inside = band > 0 and abs(block.real("E")) <= band
@@ -279,6 +289,7 @@ def _limit_cv(loop: _PidLoop) -> None:
 
 
 def _deviation_limits(block: FunctionBlock) -> dict[str, float]:
+    """Return the limits of the deviation by level; note a fault if they are not in order."""
     limits = {name: block.real(f"Dev{name}Limit") for name in ALARM_LEVELS}
     ordered = limits["HH"] >= limits["H"] >= 0 and limits["LL"] >= limits["L"] >= 0
     block.wrong(DevHLLimitsInv=not ordered)
@@ -286,6 +297,10 @@ def _deviation_limits(block: FunctionBlock) -> dict[str, float]:
 
 
 def _alarms(loop: _PidLoop) -> None:
+    """Set the alarms of PV and of its deviation from SP.
+
+    In the first scan or without a valid PV, clear them.
+    """
     block = loop.block
     band, deviation_band = (block.limited(f"{name}Deadband", 0.0, math.inf) for name in ("PV", "Dev"))
     rates = [block.real(f"PVROC{name}") for name in ("PosLimit", "NegLimit", "Period")]
@@ -308,6 +323,7 @@ def _alarms(loop: _PidLoop) -> None:
 
 
 def _regulate(block: FunctionBlock) -> float:
+    """Run one call of PIDE; return CV."""
     loop = _PidLoop(block, block.control())
     _note_faults(loop)
     _choose_mode(loop)

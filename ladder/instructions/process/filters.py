@@ -81,6 +81,8 @@ def _filtered(
     """Execute a transfer function; return Out.
 
     Args:
+        upper: the numerator, a polynomial of s of at most the order of the denominator.
+        lower: the denominator.
         begin: whether the filter starts, as in the first scan and with Initialize.
         restart: whether the filter restarts after a value that is not finite.
     """
@@ -105,6 +107,7 @@ def _filtered(
 
 
 def _lead_lag(block: FunctionBlock) -> float:
+    """Run one call of LDLG; return Out. An infinite Lead or Lag keeps the filter in its steady state."""
     value = block.real("In") * block.real("Gain") + block.real("Bias")
     lead = block.limited("Lead", 0.0, math.inf)
     lag = block.limited("Lag", block.delta_t / 2, math.inf)
@@ -120,6 +123,7 @@ def frequency(block: FunctionBlock, name: str) -> float:
 
 
 def _order(block: FunctionBlock, orders: Sequence[int]) -> int:
+    """Return Order; if it is invalid, note the fault and return the first allowed order."""
     order = int(block["Order"])
     return orders[0] if block.wrong(OrderInv=order not in orders) else order
 
@@ -131,6 +135,7 @@ def _filter_of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float
     """
 
     def step(block: FunctionBlock) -> float:
+        """Build the two polynomials for Order and the frequency; return Out."""
         order = _order(block, orders)
         w = frequency(block, name)
         quality = block.limited("QFactor", 0.5, 100.0) if name == "WNotch" else 0.0
@@ -149,9 +154,11 @@ def _filter_of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float
 
 
 _MOST_RATIO = {1: 40.0, 2: 10.0}
+"""Highest WLag of LDL2 by order, as a multiple of WLead."""
 
 
 def _second_lead_lag(block: FunctionBlock) -> float:
+    """Run one call of LDL2, with WLag limited in proportion to WLead; return Out."""
     order = _order(block, (2, 1))
     lead, lag = (frequency(block, name) for name in ("WLead", "WLag"))
     limit = _MOST_RATIO[order] * lead
@@ -237,7 +244,10 @@ def _delay(block: FunctionBlock) -> float:
 
 
 def _delayed(block: FunctionBlock, buffer: Elements, value: float, delay: int) -> float:
-    """Shift the buffer; return the value from `delay` calls ago."""
+    """Shift the value into the buffer; return Out, the value from `delay` calls ago.
+
+    A buffer that must grow first repeats its oldest value. A value that is not finite is not stored.
+    """
     stored, out = block.rounded(value), block.real("Out")
     held = min(int(block["~held"]), delay)
     fill = out if math.isfinite(out) else stored

@@ -125,6 +125,7 @@ class FunctionBlock(Members):
         return was_off
 
     def _measure_ms(self) -> int:
+        """Return the whole ms since the last call, and keep the remainder; 0 in the first scan."""
         since = self._group.member("~last_ns")
         if self.first:
             self.machine.start_clock(since)
@@ -180,6 +181,7 @@ class FunctionBlock(Members):
 
 @cache
 def _requests(kind: str, sides: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of a block's request inputs for these sides, such as `OperAutoReq`."""
     names = [member.name for member in BLOCK_TYPES[kind].members if member.name.endswith("Req")]
     return tuple(name for name in names if name.startswith(sides))
 
@@ -212,6 +214,7 @@ class CompiledBlock(FunctionBlock):
             values[name] = converters[name](value)
 
     def _measure_ms(self) -> int:
+        """Return the whole ms since the last call, from the passed values; 0 in the first scan."""
         now, last = self.machine.now_ns, self.values["~last_ns"]
         elapsed = 0 if self.first else (now - last) // NS_PER_MS
         self.values["~last_ns"] = now if self.first else last + elapsed * NS_PER_MS
@@ -225,6 +228,7 @@ def _converter(kind: Any) -> Callable[[Any], Any]:
 
 
 def _check_arrays(block: Group, *arrays: Resolved, kind: Structure) -> None:
+    """Raise an OperandError unless the block is of the given type, and each array of REAL."""
     require_type(block, kind)
     for array in arrays:
         if not isinstance(array, Place | Group) or array.type != REAL:
@@ -249,6 +253,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     converters = {name: _converter(member_type.type) for name, member_type in zip(names, types, strict=True)}
 
     def call(block: FunctionBlock) -> None:
+        """Set the block's attributes, run its step, and set EnableOut and the status words."""
         block.begin(converters)
         result, machine = step(block), block.machine
         if "~ran" in converters:
@@ -263,6 +268,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     def fetch(
         machine: Interpreter, values: Iterable[Any], group: Group, *arrays_given: Resolved
     ) -> tuple[Any, ...]:
+        """Run one call in a compiled program; return all members of the block, in the order of `values`."""
         block = CompiledBlock(machine, group, arrays_given, dict(zip(names, values, strict=True)), converters)
         call(block)
         return tuple(block.values.values())

@@ -60,11 +60,12 @@ def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool)
 
 
 def _alarm(block: FunctionBlock) -> float:
+    """Run one call of ALM; return ROC."""
     value = block.real("In")
     band = block.limited("Deadband", 0.0, math.inf)
     level_alarms(block, value, "", {name: block.real(f"{name}Limit") for name in ALARM_LEVELS}, band)
     for name, limit in (("ROCPosLimit", math.inf), ("ROCNegLimit", math.inf), ("ROCPeriod", 32767.0)):
-        block.limited(name, 0.0, limit)
+        block.limited(name, 0.0, limit)  # only notes a fault
     rate = rate_alarms(block, value, "", first=block.first)
     if rate is not None:
         block.set(ROC=rate)
@@ -78,6 +79,7 @@ _MOST_INPUTS = 6
 
 
 def _select_input(block: FunctionBlock) -> float:
+    """Run one call of ESEL; return Out, which stays the same if no input can be selected."""
     program = block.control()
     override = block.on("ProgOverrideReq")
     block.set(Override=override)
@@ -150,6 +152,7 @@ def _reals(array: Elements, count: int) -> list[float]:
 
 
 def _average(block: FunctionBlock) -> float:
+    """Run one call of MAVE; return Out, the mean of the samples, or with weights their weighted sum."""
     weighted = block.on("UseWeights") and len(block.arrays) > 1
     samples = _samples(block, min(map(len, block.arrays if weighted else block.arrays[:1])))
     if samples is not None:
@@ -162,6 +165,7 @@ def _average(block: FunctionBlock) -> float:
 
 
 def _deviation(block: FunctionBlock) -> float:
+    """Run one call of MSTD, which sets Average and Out; return Out, the standard deviation."""
     samples = _samples(block, len(block.arrays[0]))
     if samples is not None:
         mean = sum(samples) / len(samples)
@@ -176,6 +180,10 @@ _UNIT_S = (1, 60, 3600, 86_400)
 
 
 def _total(block: FunctionBlock) -> float:
+    """Run one call of TOT: take the requests, add the flow and set the flags; return Total.
+
+    The first call after a start adds nothing, because the flow needs a previous value.
+    """
     if block.new:
         total = block.real("ResetValue")
         block.set(Total=total, OldTotal=0.0, **{"~exact": total})
@@ -218,6 +226,7 @@ def _reset_total(block: FunctionBlock, *, program: bool) -> None:
 
 
 def _start_and_stop(block: FunctionBlock, *, program: bool) -> None:
+    """Set RunStop by the requests of the side in control; a stop has precedence."""
     side = "Prog" if program else "Oper"
     if block[f"{side}StopReq"]:
         block.set(RunStop=False)

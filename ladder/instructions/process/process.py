@@ -44,6 +44,10 @@ def _pid(
     hold: Resolved,
     hold_value: Resolved,
 ) -> None:
+    """Run one update of PID: measure PV, compute OUT or follow the hold value, and store CV in the target.
+
+    A false rung changes only EN. A UPD that is not above 0 is a minor fault.
+    """
     loop = _Loop(machine, group)
     loop.set(EN=power)
     if not power:
@@ -85,6 +89,10 @@ def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
 
 
 def _set_alarms(loop: _Loop) -> None:
+    """Set the alarms of PV and the error, and EWD (the error is within the deadband).
+
+    `~crossed` is true if the error has crossed zero and stayed within the deadband since then.
+    """
     value, error = loop.real("PV"), loop.real("SP") - loop.real("PV")
     loop.set(
         PVHA=value >= loop.real("PVH") - (loop.real("PVDB") if loop.bit("PVHA") else 0.0),
@@ -98,7 +106,10 @@ def _set_alarms(loop: _Loop) -> None:
 
 
 def _output(loop: _Loop) -> float:
-    """Return OUT in percent, which is the computed value, the tieback or SO."""
+    """Return OUT in percent: the computed value, or in manual the tieback or SO.
+
+    Store it in SO, and the integral in `~sum`.
+    """
     if loop.bit("MO") or loop.bit("SWM"):
         output = loop.real("TIE") if loop.bit("MO") else loop.real("SO")
         _track(loop, output)
@@ -120,6 +131,7 @@ def _output(loop: _Loop) -> float:
 
 
 def _gains(loop: _Loop) -> tuple[float, float, float]:
+    """Return the proportional, integral (1/s) and derivative (s) gains, for the selected form."""
     kp, ki, kd = (loop.real(name) for name in ("KP", "KI", "KD"))
     if loop.bit("PE"):
         return kp, kp / (60 * ki) if ki else 0.0, kp * 60 * kd
@@ -131,7 +143,10 @@ def _percent(loop: _Loop, value: float) -> float:
 
 
 def _change(loop: _Loop) -> float:
-    """Return the rate of change of the error, or of -PV, in percent per second."""
+    """Return the rate of change of the error, or of -PV, in percent per second.
+
+    Store the present value for the next update.
+    """
     sign = 1.0 if loop.bit("CA") else -1.0
     present = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
     previous = loop.real("~last") if loop.bit("INI") else present
@@ -142,9 +157,10 @@ def _change(loop: _Loop) -> float:
 
 def _track(loop: _Loop, output: float) -> None:
     """Set the integral so that the computed output equals `output`, for a bumpless transfer."""
-    _change(loop)
-    proportional = _gains(loop)[0] * _percent(loop, loop.real("ERR"))
-    loop.set(**{"~sum": output - proportional - loop.real("BIAS")}, SO=output)
+    _change(loop)  # stores the present value
+    proportional, _, _ = _gains(loop)
+    error = _percent(loop, loop.real("ERR"))
+    loop.set(**{"~sum": output - proportional * error - loop.real("BIAS")}, SO=output)
 
 
 PID = always(

@@ -62,6 +62,10 @@ def _percents(block: FunctionBlock) -> bool:
 
 
 def _position(block: FunctionBlock) -> float:
+    """Run one call of POSP; return PositionPercent.
+
+    The lengths of the pulses are computed when a cycle begins.
+    """
     if block.first:
         block.set(OpenTime=0.0, CloseTime=0.0)
     cycle, timer, begins = _cycle(block)
@@ -93,6 +97,10 @@ def _pulse(needed: float, deadtime: float, shortest: float, longest: float) -> f
 
 
 def _split_range(block: FunctionBlock) -> float:
+    """Run one call of SRTP, which sets outputs and percentages; return the sum of the percentages.
+
+    The sum shows whether one of them overflows.
+    """
     cycle, timer, _ = _cycle(block)
     value, total = block.real("In"), 0.0
     for side in ("Heat", "Cool"):

@@ -42,6 +42,7 @@ def _mode(block: FunctionBlock, *, program: bool) -> str:
 
 
 def _begin_segment(block: FunctionBlock, segment: int, out: float) -> None:
+    """Make a segment the present one: its ramp begins at `out`, and its whole soak time is left."""
     times = block.arrays[2]
     block.set(CurrentSeg=segment, **{"~soaking": False, "~origin": out, "~left": float(times[segment])})
 
@@ -55,7 +56,10 @@ def _ramp(block: FunctionBlock, out: float, target: float, minutes: float, rate:
 
 
 def _automatic(block: FunctionBlock, count: int) -> bool:
-    """Execute the profile; return whether it continues."""
+    """Execute one call of the profile; return whether it continues.
+
+    Out ramps until it equals the soak value. The next calls soak, and then the next segment begins.
+    """
     minutes = block.elapsed_ms / _MS_PER_MIN
     ramps, soaks, _ = block.arrays
     segment = int(block["CurrentSeg"])
@@ -76,7 +80,7 @@ def _automatic(block: FunctionBlock, count: int) -> bool:
     block.set(GuarSoakOn=waits)
     soak_left = block.real("~left") - (0.0 if waits else minutes)
     block.set(**{"~left": max(soak_left, 0.0)})
-    if soak_left > 1e-9:
+    if soak_left > 1e-9:  # min; anything less is a rounding error
         return True
     if segment + 1 < count or block["CyclicSingle"]:
         _begin_segment(block, (segment + 1) % count, out)
@@ -127,6 +131,7 @@ def _check(block: FunctionBlock) -> tuple[int, bool, bool]:
 
 
 def _show(block: FunctionBlock, mode: str, *, program: bool) -> None:
+    """Set the mode bits, Out and SoakTimeLeft, and let the operator's inputs follow."""
     block.set(**{name: name == mode for name in ("Auto", "Manual", "Hold")})
     block.set(Out=block["~exact"], SoakTimeLeft=block["~left"])
     if mode != "Manual" or program:  # for a bumpless change to Operator Manual
@@ -136,6 +141,7 @@ def _show(block: FunctionBlock, mode: str, *, program: bool) -> None:
 
 
 def _step(block: FunctionBlock) -> float:
+    """Run one call of RMPS: choose the mode, then execute and show it; return Out."""
     times = block.arrays[2]
     if block.new and _is_usable(times[0]):
         block.set(CurrentSeg=0, SoakTimeProg=times[0], SoakTimeOper=times[0])

@@ -28,6 +28,7 @@ from .function_block import FunctionBlock, block_row
 
 
 def _scale(block: FunctionBlock) -> Any:
+    """Run one call of SCL; return Out, or None if the raw range is invalid."""
     in_min, in_max, eu_min, eu_max = (block[name] for name in ("InRawMin", "InRawMax", "InEUMin", "InEUMax"))
     if block.wrong(InRawRangeInv=in_max <= in_min):
         return None
@@ -39,6 +40,7 @@ def _scale(block: FunctionBlock) -> Any:
 
 
 def _limit(block: FunctionBlock) -> None:
+    """Run one call of HLL; if the limits cross, Out is the low limit."""
     value, high, low, select = (block[name] for name in ("In", "HighLimit", "LowLimit", "SelectLimit"))
     crossed = select == 0 and high < low
     block.wrong(LimitsInv=crossed, SelectLimitInv=select not in (0, 1, 2))
@@ -60,6 +62,7 @@ def _negate(block: FunctionBlock) -> None:
 
 
 def _add_selected(block: FunctionBlock) -> Any:
+    """Run one call of SSUM; return Out."""
     total = block["Bias"]
     for number in range(1, 9):
         sum_ = total + block[f"In{number}"] * block[f"Gain{number}"]
@@ -69,6 +72,8 @@ def _add_selected(block: FunctionBlock) -> Any:
 
 
 def _keep_extreme(choose: Callable[[float, float], float]) -> Callable[[FunctionBlock], None]:
+    """Return the step of MAXC or MINC; `choose` returns the value to keep."""
+
     def step(block: FunctionBlock) -> None:
         if block["Reset"]:
             block.set(Out=block["ResetValue"])
@@ -79,6 +84,8 @@ def _keep_extreme(choose: Callable[[float, float], float]) -> Callable[[Function
 
 
 def _latch(*, set_dominates: bool) -> Callable[[FunctionBlock], None]:
+    """Return the step of SETD or RESD, a latch in which Set or Reset dominates."""
+
     def step(block: FunctionBlock) -> None:
         sets, resets = block.on("Set"), block.on("Reset")
         out = set_dominates if sets and resets else sets or (block.on("Out") and not resets)
@@ -88,6 +95,8 @@ def _latch(*, set_dominates: bool) -> Callable[[FunctionBlock], None]:
 
 
 def _flip_flop(value: Callable[[FunctionBlock], bool]) -> Callable[[FunctionBlock], None]:
+    """Return the step of DFF or JKFF; `value` returns the new Q at a rising Clock."""
+
     def step(block: FunctionBlock) -> None:
         rises = block.on("Clock") and not block["~before"]
         block.set(**{"~before": block["Clock"]})
@@ -102,6 +111,7 @@ def _flip_flop(value: Callable[[FunctionBlock], bool]) -> Callable[[FunctionBloc
 
 
 def _accumulate(block: FunctionBlock) -> Any:
+    """Run one call of UPDN; return Out."""
     if block["Initialize"]:
         block.set(Out=block["InitialValue"])
     elif not block["Hold"]:
@@ -110,6 +120,10 @@ def _accumulate(block: FunctionBlock) -> Any:
 
 
 def _follow(block: FunctionBlock) -> float:
+    """Run one call of RLIM; return Out.
+
+    ByPass, the first scan and an In that is not finite set Out to In at once.
+    """
     block.wrong(**{f"{name}Inv": block[name] < 0 for name in ("IncRate", "DecRate")})
     value = block.real("In")
     if not block["ByPass"] and not block.first and math.isfinite(value):
@@ -123,19 +137,21 @@ def _follow(block: FunctionBlock) -> float:
 
 
 def _distribute(block: FunctionBlock) -> None:
-    source, from_bit, length, to_bit, target = (
+    """Run one call of BTDT; Dest is Target if a bit number or Length is out of range."""
+    source, source_bit, length, target_bit, target = (
         block.machine.whole(block[name]) for name in ("Source", "SourceBit", "Length", "DestBit", "Target")
     )
     bits = DINT.bits
-    if 0 <= from_bit < bits and 0 <= to_bit < bits and 1 <= length <= bits:
-        target = arithmetic.distributed(source & (1 << bits) - 1, from_bit, target, to_bit, length, bits)
+    if 0 <= source_bit < bits and 0 <= target_bit < bits and 1 <= length <= bits:
+        pattern = source & (1 << bits) - 1
+        target = arithmetic.distributed(pattern, source_bit, target, target_bit, length, bits)
     block.set(Dest=target)
 
 
 def _generate(block: FunctionBlock) -> float:
     """Interpolate in the selected table; leave Out unchanged if the table is not usable [p. 60]."""
     table = 2 if block["Select"] else 1
-    points = block.arrays[2 * table - 2 : 2 * table]
+    points = block.arrays[2 * table - 2 : 2 * table]  # of X1, Y1, X2, Y2
     size = int(block[f"XY{table}Size"])
     capacity = min(map(len, points)) if len(points) > 1 else 0
     if block.wrong(**{f"XY{table}SizeInv": not 1 <= size <= capacity}):

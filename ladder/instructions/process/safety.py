@@ -75,6 +75,11 @@ def _fault(block: Members, code: int) -> None:
 
 
 def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
+    """Run DCS: show the operands, reset a fault, monitor status and channels, then set O1.
+
+    `~tested` is true once both channels were safe, or after an automatic cold start. `~free` lets O1 turn
+    on without a reset. A reset that clears a fault does not also turn O1 on.
+    """
     block = Members(machine, group)
     function, kind, limit, restart, cold = operands[:5]
     channel_a, channel_b, status, reset = _truths(machine, operands[5:])
@@ -180,7 +185,7 @@ def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved)
     if rises and block["FP"] and is_reset_allowed:
         block.set(FP=False, FaultCode=0, **{"~held": actuate})
     if not block["FP"]:
-        _monitor(machine, block, (first, second), expected, off_code, limit_ms)
+        _monitor(machine, block, (first, second), expected, off_code=off_code, limit_ms=limit_ms)
     must_restart = actuate and bool(block["~held"])
     _set_outputs(machine, block, actuate and not (off_code or block["FP"] or must_restart))
     code = 0
@@ -197,6 +202,7 @@ def _status_off(inputs: bool, outputs: bool) -> int:
 
 
 def _set_outputs(machine: Interpreter, block: Members, active: bool) -> None:
+    """Switch both outputs if they must change; the reaction time begins."""
     if active != block["O1"]:
         block.set(O1=active, O2=active, **{"~settled": False, "~moved": True, "~since_ns": machine.now_ns})
 
@@ -206,12 +212,17 @@ def _monitor(
     block: Members,
     feedback: tuple[bool, bool],
     expected: bool,
-    status_off: int,
+    *,
+    off_code: int,
     limit_ms: int,
 ) -> None:
-    """Fault if a status turns off, or if a feedback does not follow the outputs in time."""
-    if block["~valid"] and status_off:
-        _fault(block, status_off)
+    """Fault if a status turns off, or if a feedback does not follow the outputs in time.
+
+    `~settled` is true once the feedback has matched since the last change. `~moved` is true once the
+    outputs have changed.
+    """
+    if block["~valid"] and off_code:
+        _fault(block, off_code)
         return
     if not block["~powered"]:
         block.set(**{"~powered": True, "~since_ns": machine.now_ns})
@@ -245,6 +256,8 @@ def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
 
 
 def _check_time(name: str, time_index: int, most_ms: int) -> Callable[..., None]:
+    """Return a check of the block's type and of a constant time, which must be 5 to `most_ms` ms."""
+
     def check(block: Group, *operands: Resolved) -> None:
         require_type(block, SAFETY[name])
         limit = operands[time_index]

@@ -19,7 +19,10 @@ _BITS = 16
 
 
 def shift(left: bool) -> Callable[..., None]:
-    """Return BSL or BSR."""
+    """Return the function of BSL or BSR.
+
+    It shifts LEN bits once when the rung goes true; the other bits stay.
+    """
 
     def run(
         machine: Interpreter, power: bool, file: Resolved, group: Group, source: Place, *_shown: Resolved

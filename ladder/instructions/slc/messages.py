@@ -51,11 +51,16 @@ class _Words(Members):
 
 
 def _run(machine: Interpreter, power: bool, control: Place | Group, *started: Place) -> None:
+    """Run MSG; its control block is a MESSAGE, or words with a hidden tag for the time of the start."""
     block = Members(machine, control) if isinstance(control, Group) else _Words(machine, control, *started)
     run_message(machine, power, block, control.path if isinstance(control, Group) else control.text)
 
 
 def _resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Any, ...]:
+    """Return the control block, and for one of words the hidden tag; raise an OperandError without one.
+
+    A control block of words also needs a stub.
+    """
     for operand in operands:
         message = resolver.any(operand) if isinstance(operand, Address) else None
         if isinstance(message, Group) and message.type == MESSAGE:

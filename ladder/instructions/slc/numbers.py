@@ -39,7 +39,11 @@ def quotient(a: int, b: int) -> int:
 
 
 def store(machine: Interpreter, target: Place, value: float, *, carry: bool = False) -> None:
-    """Store a result and set the flags."""
+    """Store a result and set the flags.
+
+    For an integer, NaN becomes 0, and a result that does not fit becomes the nearest limit, or with S:2/14
+    its low bits.
+    """
     status, kind = Status(machine), target.type
     if not kind.is_integer:
         stored = machine.converted(kind, value)
@@ -128,6 +132,7 @@ def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
 
 
 def _whole_quotient(machine: Interpreter, x: int, y: int, target: Place) -> None:
+    """Store the rounded quotient in the target, the truncated one in S:14, and the remainder in S:13."""
     status = Status(machine)
     truncated = abs(x) // abs(y) * (1 if (x < 0) == (y < 0) else -1)
     status[14], status[13] = truncated, x - truncated * y
@@ -150,6 +155,7 @@ def one_source(function: Callable[[float], float]) -> Callable[[Interpreter, Res
     """Return the executor of an instruction that stores a function of its source."""
 
     def run(machine: Interpreter, source: Resolved, target: Place) -> None:
+        """Store the function of the source; where it has no value, infinity, which is an overflow."""
         try:
             value = function(number(machine, source))
         except (ValueError, OverflowError, ZeroDivisionError):

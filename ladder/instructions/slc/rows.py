@@ -53,6 +53,8 @@ _SHOWN = (Use.SHOWN, Use.SHOWN)
 
 
 def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
+    """Return the row of a timer; its second operand is a constant time base."""
+
     def resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Any, ...]:
         timer = resolver.checked(Use.SLC_TIMER, operands[0])
         base = resolver.value(operands[1])
@@ -72,6 +74,7 @@ def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) ->
 
 
 def _counter(name: str, bit: str, step: int, beyond: str) -> Spec:
+    """Return the row of a counter; `bit` stores the rung's state, and `beyond` shows a wrap of ACC."""
     return always(
         name,
         Use.SLC_COUNTER,
@@ -90,6 +93,8 @@ def _run_with_first(count: int, spec: Spec) -> Callable[..., Any]:
 
 
 def _queue(spec: Spec, *uses: Use) -> Spec:
+    """Return the row of a queue instruction as in Logix, whose last two operands are only shown."""
+
     def prescan(machine: Interpreter, *operands: Resolved) -> None:
         assert spec.prescan is not None
         spec.prescan(machine, *operands[:3])
@@ -100,6 +105,7 @@ def _queue(spec: Spec, *uses: Use) -> Spec:
 
 
 def _file(name: str, *uses: Use, shown: int, run: Callable[..., None]) -> Spec:
+    """Return the row of an instruction on a file, whose last `shown` operands are only shown."""
     prescan = prescan_sets(uses.index(Use.SLC_CONTROL), EN=True)
     return always(name, *uses, *_SHOWN[:shown], optional=shown, run=run, prescan=prescan)
 

@@ -72,7 +72,7 @@ def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ..
 
 
 def _end_messages(waiting: Sequence[Leaf], engine: Any) -> None:
-    """End the messages that are due."""
+    """End the messages that are due, and clear their EN; `waiting` are the leaves of hidden bits."""
     machine: Interpreter = engine.interpreter
     machine.now_ns = engine.now_ns
     for leaf in waiting:
@@ -80,7 +80,8 @@ def _end_messages(waiting: Sequence[Leaf], engine: Any) -> None:
         for index in range(leaf.size):
             if engine.memory.read(leaf, index):
                 subscripts = subscripts_of(leaf.dims, index)
-                group = Group(MESSAGE, path, subscripts, (), machine.lowered.layout, path)
+                layout = machine.lowered.layout
+                group = Group(MESSAGE, path, indices=subscripts, dims=(), layout=layout, text=path)
                 message = Members(machine, group)
                 _end_if_due(machine, message, path)
                 if message["DN"] or message["ER"]:

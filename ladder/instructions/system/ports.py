@@ -16,6 +16,7 @@ SYSTEM_MODE = 4
 
 
 def _run(machine: Interpreter, power: bool, *operands: Resolved) -> None:
+    """End with ER at once if the rung has risen; clear EN if it is false."""
     for operand in operands:
         if isinstance(operand, Group) and operand.type == SERIAL_PORT_CONTROL:
             control = Members(machine, operand)

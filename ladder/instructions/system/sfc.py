@@ -22,6 +22,7 @@ def _chart_of(resolver: OperandResolver, name: Operand) -> str:
 
 
 def _resolve_sfr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+    """Return the chart's routine, and the step to go to or 0 for its initial step."""
     routine = _chart_of(resolver, operands[0])
     if isinstance(operands[1], Number) and operands[1].value == 0:
         return routine, Constant(0, DINT)
@@ -32,6 +33,7 @@ def _resolve_sfr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
 
 
 def _sfr(machine: Interpreter, routine: str, step: Group | Constant) -> None:
+    """Let the chart go to a step, and set the step's Reset bit."""
     chart = machine.lowered.charts[routine]
     target = chart.initial if isinstance(step, Constant) else chart.node_of(step)
     assert target is not None
@@ -40,9 +42,11 @@ def _sfr(machine: Interpreter, routine: str, step: Group | Constant) -> None:
 
 
 _STATES = {"EXECUTING": False, "0": False, "PAUSED": True, "1": True}
+"""Whether SFP pauses the chart, by its target state."""
 
 
 def _resolve_sfp(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+    """Return the chart's routine, and a key of `_STATES`."""
     word = str(operands[1]).upper()
     if word not in _STATES:
         raise OperandError(f"{operands[1]} is not a state of a chart", "write Executing or Paused")
@@ -50,6 +54,7 @@ def _resolve_sfp(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
 
 
 def _sfp(machine: Interpreter, routine: str, word: str) -> None:
+    """Pause a chart, or continue a paused one."""
     chart = machine.lowered.charts[routine]
     state = machine.whole(machine.get(chart.state))
     if _STATES[word]:
@@ -59,6 +64,7 @@ def _sfp(machine: Interpreter, routine: str, word: str) -> None:
 
 
 def _resolve_eot(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Resolved, ...]:
+    """Reserve memory for the state bit; return the operand, which must be a bit."""
     resolver.kept(EOT_STATE, 0)
     bit = resolver.any(operands[0])
     if not is_logical(bit):

@@ -60,6 +60,7 @@ _FAULT_AT = 8  # type and code in a fault record, and their offset in bytes
 
 
 def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
+    """Return the program with a name in capitals, the first one for "", or None."""
     schedule = machine.lowered.schedule
     programs = schedule.programs if schedule is not None else ()
     return next((program for program in programs if not name or program.name.upper() == name), None)
@@ -81,6 +82,7 @@ def _read_major_fault(machine: Interpreter, name: str) -> bytes:
 
 
 def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
+    """Set a program's fault type and code from a MajorFaultRecord; ignore one that is too short."""
     program = _program(machine, name)
     if program is None or len(data) < _FAULT_AT + _FAULT.size:
         return
@@ -181,6 +183,7 @@ def _date_at(wall_us: int) -> bytes:
 
 
 def _write_date(machine: Interpreter, _name: str, data: bytes) -> None:
+    """Set the clock from seven DINTs, from year to microsecond; ignore other data."""
     if len(data) < 28:
         return
     try:
@@ -246,6 +249,7 @@ def _attribute_of(kind: str, name: str, stored: StoredValue) -> Attribute:
 
 @lru_cache(maxsize=256)
 def _attribute(kind: str, name: str) -> Attribute | None:
+    """Return an attribute that is computed or stored in memory; None if there is none."""
     stored = stored_value(kind, name)
     return ATTRIBUTES.get((kind, name)) or (None if stored is None else _attribute_of(kind, name, stored))
 
@@ -299,6 +303,7 @@ def _reserve(resolver: OperandResolver, kind: str, instance: str, name: str) -> 
 
 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
+    """Return the member of an axis's tag that has an attribute; raise an OperandError if there is none."""
     try:
         member = resolver.any(tag.member(name))
     except LadderError:
@@ -309,6 +314,7 @@ def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
 
 
 def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> bytes:
+    """Return the bytes of an attribute; for an axis, `instance` is the member of its tag."""
     if isinstance(instance, Place):
         store, region, first = machine.end(instance)
         return machine.take_bytes(store, region, first, 1)
@@ -324,6 +330,7 @@ def _element_count(end: End, size: int) -> int:
 
 
 def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, target: Place | Group) -> None:
+    """Copy the bytes of an attribute to the target, as far as its array reaches."""
     data = _read(machine, kind, instance, name)
     store, region, first = end = machine.end(target)
     count = _element_count(end, len(data))
@@ -335,6 +342,7 @@ def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, targ
 
 
 def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
+    """Set an attribute from the bytes of the source; for an axis, only if there are enough bytes."""
     store, region, first = end = machine.end(source)
     size = len(_read(machine, kind, instance, name))
     data = machine.take_bytes(store, region, first, _element_count(end, size))[:size]

@@ -82,7 +82,7 @@ def _function(t: T) -> Callable[..., Array]:
     if t.op in _PLAIN:
         return _PLAIN[t.op]
     if t.op == "bit":
-        number = min(t.val, 62)
+        number = min(t.val, 62)  # all higher bits are the sign
         return lambda a: (a >> number & 1).astype(np.bool_)
     if t.op == "shr":
         return lambda a: a >> min(t.val, 62)

@@ -19,6 +19,7 @@ class Evaluator:
     """
 
     def __init__(self, roots: Sequence[T]) -> None:
+        """Order the subterms; store the values of constants, and the steps that compute the others."""
         order = reach(roots)
         slots = {node.id: number for number, node in enumerate(order)}
         self._results: list[Any] = [None] * len(order)

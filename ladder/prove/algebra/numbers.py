@@ -27,7 +27,7 @@ def add(a: T, b: T) -> T:
             return a
         if a.op == "add" and a.args[1].op == "const":
             return add(a.args[0], const(a.args[1].val + b.val))
-    return mk("add", (a, b), INT, None, a.lo + b.lo, a.hi + b.hi)
+    return mk("add", (a, b), INT, lo=a.lo + b.lo, hi=a.hi + b.hi)
 
 
 def sub(a: T, b: T) -> T:
@@ -36,7 +36,7 @@ def sub(a: T, b: T) -> T:
         return add(a, const(-b.val))
     if a is b:
         return const(0)
-    return mk("sub", (a, b), INT, None, a.lo - b.hi, a.hi - b.lo)
+    return mk("sub", (a, b), INT, lo=a.lo - b.hi, hi=a.hi - b.lo)
 
 
 def mul(a: T, b: T) -> T:
@@ -46,7 +46,7 @@ def mul(a: T, b: T) -> T:
     if b.op == "const" and b.val == 1:
         return a
     ends = [x * y for x in (a.lo, a.hi) for y in (b.lo, b.hi)]
-    return mk("mul", (a, b), INT, None, min(ends), max(ends))
+    return mk("mul", (a, b), INT, lo=min(ends), hi=max(ends))
 
 
 def div(a: T, b: T) -> T:
@@ -54,12 +54,12 @@ def div(a: T, b: T) -> T:
     folded = _folded("div", a, b)
     if folded is not None:
         return folded
-    if b.lo > 0:
+    if b.lo > 0:  # the smallest divisor gives the quotient farthest from 0
         lo = _quotient(a.lo, b.lo if a.lo < 0 else b.hi)
         hi = _quotient(a.hi, b.lo if a.hi > 0 else b.hi)
-        return mk("div", (a, b), INT, None, lo, hi)
+        return mk("div", (a, b), INT, lo=lo, hi=hi)
     most = max(abs(a.lo), abs(a.hi))
-    return mk("div", (a, b), INT, None, -most, most)
+    return mk("div", (a, b), INT, lo=-most, hi=most)
 
 
 def rem(a: T, b: T) -> T:
@@ -68,7 +68,7 @@ def rem(a: T, b: T) -> T:
     if folded is not None:
         return folded
     most = min(max(abs(b.lo), abs(b.hi)), max(abs(a.lo), abs(a.hi)))
-    return mk("rem", (a, b), INT, None, -most if a.lo < 0 else 0, most if a.hi > 0 else 0)
+    return mk("rem", (a, b), INT, lo=-most if a.lo < 0 else 0, hi=most if a.hi > 0 else 0)
 
 
 def bitop(op: str, a: T, b: T) -> T:
@@ -77,9 +77,9 @@ def bitop(op: str, a: T, b: T) -> T:
     if folded is not None:
         return folded
     if op == "band" and (a.lo >= 0 or b.lo >= 0):
-        return mk(op, (a, b), INT, None, 0, min(term.hi for term in (a, b) if term.lo >= 0))
+        return mk(op, (a, b), INT, lo=0, hi=min(term.hi for term in (a, b) if term.lo >= 0))
     lo, hi = interval_of(max(bits_of(a.lo, a.hi), bits_of(b.lo, b.hi)))
-    return mk(op, (a, b), INT, None, 0 if a.lo >= 0 and b.lo >= 0 else lo, hi)
+    return mk(op, (a, b), INT, lo=0 if a.lo >= 0 and b.lo >= 0 else lo, hi=hi)
 
 
 def inv(a: T) -> T:
@@ -89,7 +89,7 @@ def inv(a: T) -> T:
 
 def shr(a: T, n: int) -> T:
     """Shift right by n >= 0 bits and keep the sign."""
-    return _folded("shr", a, val=n) or mk("shr", (a,), INT, n, a.lo >> n, a.hi >> n)
+    return _folded("shr", a, val=n) or mk("shr", (a,), INT, n, lo=a.lo >> n, hi=a.hi >> n)
 
 
 def wrap(a: T, n: int) -> T:
@@ -102,12 +102,16 @@ def wrap(a: T, n: int) -> T:
 
 def least(a: T, most: int) -> T:
     """Return the smaller of a number and a constant."""
-    return mk("ite", (lt(const(most), a), const(most), a), INT, None, a.lo, most) if most < a.hi else a
+    if most >= a.hi:
+        return a
+    return mk("ite", (lt(const(most), a), const(most), a), INT, lo=a.lo, hi=most)
 
 
 def greatest(a: T, least: int) -> T:
     """Return the larger of a number and a constant."""
-    return mk("ite", (lt(a, const(least)), const(least), a), INT, None, least, a.hi) if least > a.lo else a
+    if least <= a.lo:
+        return a
+    return mk("ite", (lt(a, const(least)), const(least), a), INT, lo=least, hi=a.hi)
 
 
 def clip(a: T, lo: int, hi: int) -> T:
@@ -122,7 +126,7 @@ def clip(a: T, lo: int, hi: int) -> T:
 
 def b2i(a: T) -> T:
     """Return a Boolean as 0 or 1."""
-    return const(int(a.val)) if a.op == "const" else mk("b2i", (a,), INT, None, 0, 1)
+    return const(int(a.val)) if a.op == "const" else mk("b2i", (a,), INT, lo=0, hi=1)
 
 
 def bit(a: T, k: int) -> T:
@@ -160,7 +164,8 @@ def eq(a: T, b: T) -> T:
         return TRUE
     if a.hi < b.lo or b.hi < a.lo:
         return FALSE
-    if b.op == "const" and a.op == "ite" and "const" in (a.args[1].op, a.args[2].op):
+    is_choice = a.op == "ite" and "const" in (a.args[1].op, a.args[2].op)
+    if b.op == "const" and is_choice:  # at least one of the two comparisons becomes a constant
         simplified = memo.get((a.id, b.id, "eq"))
         if simplified is None:
             simplified = ite(a.args[0], eq(a.args[1], b), eq(a.args[2], b))

@@ -58,7 +58,7 @@ def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi
     key = (
         op,
         kind,
-        struct.pack("<d", val) if isinstance(val, float) else val,
+        struct.pack("<d", val) if isinstance(val, float) else val,  # -0.0 and 0.0 are equal, but not the same
         lo,
         hi,
         *[argument.id for argument in args],
@@ -79,7 +79,7 @@ def const(value: Any, kind: str | None = None) -> T:
     return mk("const", (), INT, number, number, number)
 
 
-TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
+TRUE, FALSE = (T("const", (), BOOL, truth, lo=0, hi=0) for truth in (True, False))
 
 
 def forget() -> None:
@@ -177,7 +177,7 @@ def ite(c: T, a: T, b: T) -> T:
         simpler = _truth_of(c, a, b)
         if simpler is not None:
             return simpler
-    return mk("ite", (c, a, b), a.kind, None, min(a.lo, b.lo), max(a.hi, b.hi))
+    return mk("ite", (c, a, b), a.kind, lo=min(a.lo, b.lo), hi=max(a.hi, b.hi))
 
 
 def _truth_of(c: T, a: T, b: T) -> T | None:

@@ -126,6 +126,7 @@ class Questioning:
         listener: Listener[Finding],
     ) -> None:
         self._questions, self._limits, self._listener = questions, limits, listener
+        # reversed, so that of questions about one condition, the first one gives the rule
         rules = {question.bad: question.rule for question in reversed(questions)}
         self._decider = TruthDecider(problem, limits, rules)
         self._open = dict(enumerate(questions))  # by index of the question

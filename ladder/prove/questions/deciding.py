@@ -153,10 +153,12 @@ class TruthDecider:
         self._undecided |= {(not held, candidate) for candidate in affordable if candidate not in decided}
 
     def _note_impossible(self, truths: Iterable[T], k: int) -> None:
+        """Note that an induction of `k` scans, without invariants, has proved conditions impossible."""
         for truth in truths:
             self.impossible[truth] = Verdict(VerdictKind.PROVED, k)
 
     def _charge(self, truths: Sequence[T], work: int) -> None:
+        """Count work for the rules of conditions, an equal share for each condition."""
         for truth in truths:
             self.spent[self.rules[truth]] += 1 + work // len(truths)
 
@@ -178,7 +180,7 @@ class TruthDecider:
         return VerdictKind.REFUTED if t in self.possible else VerdictKind.UNKNOWN
 
     def never(self, t: T) -> Verdict:
-        """Decide whether a condition is never true."""
+        """Return the verdict whether a condition is never true, with certificates; remember the answer."""
         if t in self.possible:
             return Verdict(VerdictKind.REFUTED)
         verdict = self.impossible.get(t)
@@ -206,6 +208,7 @@ class TruthDecider:
         return self._decide(self.problem, t, self._limits(held=True), fault)
 
     def _decide(self, system: System, t: T, limits: Limits, fault: Site | None = None) -> Verdict:
+        """Prove or refute a condition within its rule's limit; skip it if only invariants could help."""
         rule, is_free = self.rules.get(t, ""), system is self.system
         if self.spent[rule] >= self.limits.rule:
             return Verdict(blame=(f"the limit of work for all questions of {rule or 'a program'}",))
@@ -288,12 +291,9 @@ class _RandomScans:
     """
 
     def __init__(self, system: System, watched: Sequence[T]) -> None:
-        self._watched, self._was_true, self._scan_count, self._scans_without_news = (
-            watched,
-            [False] * len(watched),
-            0,
-            0,
-        )
+        self._watched = watched
+        self._was_true = [False] * len(watched)
+        self._scan_count = self._scans_without_news = 0
         with system.narrowing(watched):
             cone = system.cone(watched)
             self._runs = Runs(system, cone, watched, seed=1, lanes=MANY_LANES)

@@ -65,6 +65,7 @@ def lines_reached(problem: ProgramSystem, routine: LoweredRoutine) -> Iterator[L
 
 
 def _of_line(problem: ProgramSystem, line: LoweredLine) -> Iterator[Question]:
+    """Yield questions about a rung: whether an output ever has power, and what its contacts decide."""
     passages, sites = problem.machine.passages, problem.lowered.sites
     outputs = [step for step in line.steps if step.kind is not InstructionKind.INPUT]
     if not outputs or sites[outputs[0].site].unit != "rung":
@@ -76,6 +77,7 @@ def _of_line(problem: ProgramSystem, line: LoweredLine) -> Iterator[Question]:
 
 
 def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Question]:
+    """Yield questions about contacts that always or never pass, and about branches, at any depth."""
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:
@@ -108,6 +110,7 @@ def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
 
 
 def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
+    """Yield the question whether a timer or counter is ever done."""
     done = step.operands[0].member("DN")
     if _is_fixed(done):
         site, text = problem.lowered.sites[step.site], step.operands[0].text
@@ -115,6 +118,7 @@ def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
 
 
 def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Question]:
+    """Yield questions about a bit's coils: is it ever on, ever off again, and do two OTEs disagree?"""
     place: Place = steps[0].operands[0]
     sites, after = problem.lowered.sites, bit_after(problem, place)
     setter = next((step for step in steps if step.name != "OTU"), None)
@@ -163,6 +167,7 @@ def _as_first(problem: ProgramSystem, t: T) -> T:
 
 
 def _disagree(problem: ProgramSystem, first: LoweredStep, second: LoweredStep) -> T:
+    """Return the condition that both coils are scanned and write different values."""
     passages = problem.machine.passages
     return any_of(
         and_(
@@ -175,6 +180,7 @@ def _disagree(problem: ProgramSystem, first: LoweredStep, second: LoweredStep) -
 
 
 def _faults(problem: ProgramSystem) -> Iterator[Question]:
+    """Yield questions about major faults, minor faults, and endless loops."""
     sites, machine = problem.lowered.sites, problem.machine
     for number, condition in machine.faults:
         site = sites[number]

@@ -67,6 +67,7 @@ def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
 
 
 def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[PointState, T]]:
+    """Yield each state of an instruction with its condition, as in the table of this module."""
     all_passages = list(passages)
     if is_contact:
         yield PointState.REACHED, any_of(passage.before for passage in all_passages)

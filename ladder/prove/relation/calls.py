@@ -54,6 +54,7 @@ class TermCalls(TermSteps):
             self.active = self._going_on(self.active)
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
+        """Run the statements or rungs of a routine; at a label, the paths that jumped to it join in."""
         if routine.body is not None:
             self._body(routine.body, inputs)
             return
@@ -61,7 +62,7 @@ class TermCalls(TermSteps):
         for label, number in routine.labels.items():
             labels.setdefault(number, []).append(label)
         for number, line in enumerate(routine.lines):
-            for label in labels.get(number, ()):
+            for label in labels.get(number, ()):  # jumps only go forward
                 self.active = or_(self.active, self._pending.get(label, FALSE))
             self._number = number
             self._line(line, inputs)
@@ -90,6 +91,7 @@ class TermCalls(TermSteps):
         return self._leave(power)
 
     def _leave(self, power: T) -> T:
+        """Reach what follows only where power is false; return FALSE, the power after the instruction."""
         self.active = and_(self.active, not_(power))
         return FALSE
 
@@ -123,12 +125,13 @@ class TermCalls(TermSteps):
         initial, terminal, step = bounds
         with self.when(power):
             self._set_index(index, lambda: self.integer(initial))
-            passes = 0
+            undecided = 0  # tests that end the loop on some paths
             for _ in range(MOST_KNOWN_PASSES):
                 entry = self.active
                 self.active = and_(entry, not_(self._is_over(index, terminal, step)))
-                passes += self.active is not entry
-                if self.active is FALSE or self._is_long(passes):
+                if self.active is not entry:
+                    undecided += 1
+                if self.active is FALSE or self._count_pass(undecided):
                     break
                 for condition, values in self.call_routine(call.routine, ()):
                     if values is BROKEN:
@@ -137,12 +140,18 @@ class TermCalls(TermSteps):
             self._cut_pass(self.site)
         return power
 
-    def _is_long(self, passes: int) -> bool:
-        """Return whether a loop, or all loops of the scan, made too many passes without a known end."""
-        self._passes += passes > 0
-        return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
+    def _count_pass(self, undecided: int) -> bool:
+        """Count a pass if the end of its loop is unknown; return whether these are too many passes.
+
+        Args:
+            undecided: number of the loop's tests so far that end it on some paths only.
+        """
+        if undecided:
+            self._passes += 1
+        return undecided > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
     def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
+        """Return the condition that an index is past its last value, in the direction of the step."""
         count, last, increment = (term_of(self.integer(operand), INT) for operand in (index, terminal, step))
         return ite(lt(increment, const(0)), lt(count, last), lt(last, count))
 
@@ -171,6 +180,8 @@ class TermCalls(TermSteps):
             return and_(power, self.call_add_on(FALSE, call))
 
     def _put_power(self, call: AddOnCall, power: T) -> None:
+        """Set EnableIn and EnableOut of an add-on instruction to the power."""
+
         def put() -> None:
             self.put(call.enable_in, self.symbol(power))
             self.put(call.enable_out, self.symbol(power))
@@ -199,12 +210,14 @@ class TermCalls(TermSteps):
         self.frame = outer
 
     def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
+        """Run series of copies between arguments and parameters; keep the current instruction."""
         site, inputs = self.site, self.inputs
         for series in copies:
             self._series(series, TRUE)
         self.site, self.inputs = site, inputs
 
     def _cut_pass(self, site: int) -> None:
+        """Where a loop still runs after its last pass, note that the relation does not follow it."""
         if self.active is not FALSE:
             self.log.add(self.cut, (self.lowered.sites[site], "loop", f"more than {MOST_PASSES} passes"))
             self.deep = or_(self.deep, self.active)

@@ -65,26 +65,28 @@ class TermCopies(TermPlaces):
     # --- copy by members or by bytes
 
     def _copy_fields(self, source: End, target: End, length: Any) -> None:
+        """Copy each value as a term, for elements with the same fields."""
         source_store, source_region, source_first = source
         target_store, target_region, target_first = target
         count = self._least(
             self._least(length, target_region.left(target_first, target_store)),
             source_region.left(source_first, source_store),
         )
-        pairs = list(zip(source_region.parts, target_region.parts, strict=True))
         numbers = range(_most(count, target_region))
-        elements = [
-            source_store.read(part.leaf, (source_first + number) * part.per_element + part.field.index)
+        elements = [  # all of them before the first write, because the regions may overlap
+            [
+                source_store.read(part.leaf, (source_first + number) * part.per_element + part.field.index)
+                for part in source_region.parts
+            ]
             for number in numbers
-            for part, _ in pairs
         ]
-        values = iter(elements)
-        for number in numbers:
-            for _, part in pairs:
+        for number, values in zip(numbers, elements, strict=True):
+            for part, value in zip(target_region.parts, values, strict=True):
                 index = (target_first + number) * part.per_element + part.field.index
-                self._write(target_store, part.leaf, index, next(values), number, count)
+                self._write(target_store, part.leaf, index, value, number, count)
 
     def _copy_bytes(self, source: End, target: End, length: Any) -> None:
+        """Copy bytes, for elements of different types; past the source's end, the target stays."""
         source_store, source_region, source_first = source
         target_store, target_region, target_first = target
         count = _constant_count(
@@ -93,9 +95,9 @@ class TermCopies(TermPlaces):
         if count <= 0:
             return
         requested = count * target_region.size
+        needed = -(-requested // source_region.size)  # rounded up
         origin_count = _constant_count(
-            self._least(-(-requested // source_region.size), source_region.left(source_first, source_store)),
-            source_region,
+            self._least(needed, source_region.left(source_first, source_store)), source_region
         )
         data = self.take_bytes(source_store, source_region, source_first, origin_count)[:requested]
         if len(data) < requested:
@@ -128,6 +130,7 @@ def _have_same_fields(a: ArrayRegion, b: ArrayRegion) -> bool:
 
 
 def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
+    """Return the type, the offset and the bit of each field in an element."""
     fields = (part.field for part in region.parts)
     return [(field.type, field.offset, field.bit) for field in fields]
 
@@ -141,6 +144,7 @@ def _most(count: Any, region: ArrayRegion) -> int:
 
 
 def _constant_count(count: Any, region: ArrayRegion) -> int:
+    """Return an element count, at least 0; refuse a computed one."""
     if isinstance(count, TermSymbol):
         raise UnmodeledError("a copy of a computed length between types")
     return _most(count, region)

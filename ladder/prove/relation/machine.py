@@ -72,6 +72,7 @@ class ScanMachine(TermCalls):
         self._ended = self.faulted = FALSE
 
     def _scan(self) -> None:
+        """Run the tasks that may be due, and the continuous task last; without tasks, the main routine."""
         schedule = self.lowered.schedule
         if schedule is None:
             self.call_routine(self.lowered.main, ())
@@ -113,6 +114,7 @@ class ScanMachine(TermCalls):
     # --- rungs
 
     def _line(self, line: LoweredLine, inputs: Sequence[Any], *, statement: bool = False) -> Any:
+        """Run a rung or statement; return its power. A rung in an override starts without power."""
         self.inputs = inputs
         power = TRUE
         if self.lowered.override and not statement:
@@ -122,6 +124,7 @@ class ScanMachine(TermCalls):
     # --- structured text
 
     def _arms(self, arms: Arms, inputs: Sequence[Any]) -> None:
+        """Run the arms of an IF, each one where its condition is the first true one; then ELSE."""
         entry, remaining, ends = self.active, TRUE, FALSE
         for line, body in arms.arms:
             self.active = self._going_on(and_(entry, remaining))
@@ -138,6 +141,7 @@ class ScanMachine(TermCalls):
         return self.active
 
     def _selection(self, selection: Selection, inputs: Sequence[Any]) -> None:
+        """Run each choice of a CASE where it is the first with the selector; any, if not modeled."""
         self._line(selection.line, inputs, statement=True)
         value, entry, remaining, ends = self.selected, self.active, TRUE, FALSE
         for ranges, body in selection.choices:
@@ -150,22 +154,25 @@ class ScanMachine(TermCalls):
         self.active = or_(ends, self._body_where(and_(entry, remaining), selection.otherwise, inputs))
 
     def _loop(self, loop: Loop, inputs: Sequence[Any]) -> None:
+        """Run passes of a FOR, WHILE or REPEAT until all paths have left it, or up to the limits."""
         if loop.start is not None:
             self._line(loop.start, inputs, statement=True)
         outer, self._exits = self._exits, FALSE
-        ends, passes = FALSE, 0
+        ends, undecided = FALSE, 0  # undecided: tests that end the loop on some paths
         for _ in range(MOST_KNOWN_PASSES):
             entry = self.active
             ends = or_(ends, self._left_by(loop.test, inputs, ends_if=False))
-            passes += self.active is not entry
-            if self.active is FALSE or self._is_long(passes):
+            if self.active is not entry:
+                undecided += 1
+            if self.active is FALSE or self._count_pass(undecided):
                 break
             self._body(loop.body, inputs)
             if loop.advance is not None:
                 self._line(loop.advance, inputs, statement=True)
             entry = self.active
             ends = or_(ends, self._left_by(loop.until, inputs, ends_if=True))
-            passes += self.active is not entry
+            if self.active is not entry:
+                undecided += 1
         self._cut_pass(loop.site)
         self.active = or_(ends, self._exits)
         self._exits = outer

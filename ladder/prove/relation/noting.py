@@ -40,6 +40,7 @@ class NotingMachine(TurningMachine):
         return after
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
+        """Run the legs of a branch; record the power after each; return the power of any leg."""
         active = self.active
         powers = [self._series(leg, power) for leg in branch.legs]
         if self.noting:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...model.errors import LadderFault
 from ..algebra.meaning import BOOL
@@ -23,11 +23,18 @@ class PathFault(Exception):  # noqa: N818 - control flow, not an error
     """Raised when a path ends in a major fault."""
 
 
+class Decision(NamedTuple):
+    """A condition, and whether a path takes it as true."""
+
+    condition: T
+    truth: bool
+
+
 @dataclass(slots=True)
 class Path:
     """A path with its decisions, writes and result."""
 
-    decided: list[tuple[T, bool]] = field(default_factory=list)
+    decided: list[Decision] = field(default_factory=list)
     written: dict[Key, T] = field(default_factory=dict)
     result: Any = None
     faulted: bool = False
@@ -39,8 +46,8 @@ class Paths:
     def __init__(self) -> None:
         self.path: Path | None = None  # the current path
         self.overflows = const(0)  # faults noted on this path
-        self._trail: list[tuple[T, bool]] = []
-        self._depth = 0
+        self._trail: list[Decision] = []  # planned for the current path, and those added to it
+        self._depth = 0  # number of decisions made on the current path
         self._unknowns: dict[tuple[int, Hashable], T] = {}
         self._unknown_count = 0  # unknown values of this path
 
@@ -74,11 +81,12 @@ class Paths:
         if self._depth == len(self._trail):
             if self._depth == MOST_DECISIONS:
                 raise UnmodeledError(f"more than {MOST_DECISIONS} decisions")
-            self._trail.append((t, True))
-        if self._trail[self._depth][0] is not t:
+            self._trail.append(Decision(t, truth=True))
+        decision = self._trail[self._depth]
+        if decision.condition is not t:
             raise UnmodeledError("it makes other decisions when it is repeated")
         self._depth += 1
-        return self._trail[self._depth - 1][1]
+        return decision.truth
 
     def here(self) -> T:
         """Return the condition of this path so far."""
@@ -92,17 +100,18 @@ class Paths:
         try:
             while True:
                 paths.append(self._run_path(run))
-                while self._trail and not self._trail[-1][1]:
-                    self._trail.pop()
+                while self._trail and not self._trail[-1].truth:
+                    self._trail.pop()  # both truths are done
                 if not self._trail:
                     return paths
                 if len(paths) == MOST_PATHS:
                     raise UnmodeledError(f"more than {MOST_PATHS} paths")
-                self._trail[-1] = self._trail[-1][0], False
+                self._trail[-1] = self._trail[-1]._replace(truth=False)
         finally:
             self.path, self._depth = None, 0
 
     def _run_path(self, run: Callable[[], Any]) -> Path:
+        """Run a function once, with the planned decisions; return the path that it took."""
         path = Path()
         self.path, self._depth, self._unknown_count, self.overflows = path, 0, 0, const(0)
         try:
@@ -113,7 +122,7 @@ class Paths:
         return path
 
 
-def _condition_of(decided: list[tuple[T, bool]]) -> T:
+def _condition_of(decided: list[Decision]) -> T:
     """Return the condition under which a path makes its decisions."""
     return all_of(condition if truth else not_(condition) for condition, truth in decided)
 
@@ -134,12 +143,13 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
 
 
 def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
+    """Return the value of the path that is taken, among paths with the same first `depth` decisions."""
     if len(paths) == 1:
         return value(paths[0])
-    split = sum(path.decided[depth][1] for path in paths)  # the paths with a true decision come first
+    split = sum(path.decided[depth].truth for path in paths)  # the paths with a true decision come first
     if split in (0, len(paths)):
         return _merged(paths, value, depth + 1)
-    condition = paths[0].decided[depth][0]
+    condition = paths[0].decided[depth].condition
     return ite(condition, _merged(paths[:split], value, depth + 1), _merged(paths[split:], value, depth + 1))
 
 

@@ -97,6 +97,7 @@ def _slice_of(cells: Sequence[Byte | Bits | None]) -> Byte | None:
 def _float(
     cells: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknowns: Unknowns
 ) -> T:
+    """Return the float in bytes: a value copied whole, a constant, or the value of joined bytes."""
     expected = kind_of(kind)[0]
     if whole is not None and whole.at == 0 and whole.t.kind == expected:
         return whole.t
@@ -118,10 +119,12 @@ def _joined(cells: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unk
 
 
 def _bits(t: T) -> int:
+    """Return the size in bits of a float term."""
     return 32 if t.kind == F32 else 64
 
 
 def _constant_byte(byte: Byte) -> int:
+    """Return a byte of a constant as a number from 0 to 255."""
     if byte.t.kind in FLOATS:
         return struct.pack("<f" if byte.t.kind == F32 else "<d", byte.t.val)[byte.at]
     return int(byte.t.val) >> 8 * byte.at & 0xFF
@@ -144,9 +147,12 @@ def _number(cell: Byte | Bits | None, unknowns: Unknowns) -> T:
 
 
 def _bit_of(cell: Byte | Bits | None, number: int, unknowns: Unknowns) -> T:
+    """Return a bit of a byte; a new variable if the bit is unknown."""
     if isinstance(cell, Bits):
         truth = cell.truths[number]
         return unknowns.unknown(BOOL) if truth is None else truth
-    if cell is None or cell.t.kind in FLOATS:
-        return bit(_number(cell, unknowns), number) if cell is not None else unknowns.unknown(BOOL)
+    if cell is None:
+        return unknowns.unknown(BOOL)
+    if cell.t.kind in FLOATS:
+        return bit(_number(cell, unknowns), number)
     return bit(whole_of(cell.t), 8 * cell.at + number)

@@ -93,8 +93,8 @@ class TermMemory:
 
 
 def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
-    """Return the elements that an index may select, and a term for the selected one, counted from 0."""
-    number, step, begin = index, 1, 0
+    """Return which of the possible elements an index selects, as a term counted from 0, and their indices."""
+    number, step, begin = index, 1, 0  # index = number * step + begin
     if number.op == "add" and number.args[1].op == "const":
         number, begin = number.args[0], number.args[1].val
     if number.op == "mul" and number.args[1].op == "const" and number.args[1].val > 0:

@@ -16,7 +16,7 @@ from ...state.lowered import LoweredLine, LoweredProgram, LoweredRoutine, Lowere
 
 
 def shape_of(part: Any) -> Hashable:
-    """Return the form of a part."""
+    """Return the form of a part as nested tuples; an unknown part itself, if it is hashable."""
     if part is None or isinstance(part, (str, int, float)):
         return type(part), repr(part)
     if isinstance(part, (tuple, list)):

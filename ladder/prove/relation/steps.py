@@ -93,11 +93,13 @@ class TermSteps(TermValues):
         self._world: Hashable = None
 
     def _series(self, nodes: tuple[Node, ...], power: Any) -> Any:
+        """Run instructions in series; return the power after the last one."""
         for node in nodes:
             power = self._branch(node, power) if isinstance(node, Parallel) else self.execute(node, power)
         return power
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
+        """Run the legs of a branch with the same power; return the power of any leg."""
         return any_of(self._series(leg, power) for leg in branch.legs)
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
@@ -210,7 +212,11 @@ class TermSteps(TermValues):
         return after if step.spec.decides else and_(power, after)
 
     def _origin(self, step: LoweredStep, power: T) -> UnknownOrigin:
-        """Return the origin of a refused step's unknown results, with all arguments that decide them."""
+        """Return the origin of a refused step's unknown results; `ONLY` for too many arguments.
+
+        The arguments are all values that may decide the results: the power, the elements that operands
+        name, and system values.
+        """
         leaves = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
         if self._system is None:
             self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
@@ -220,7 +226,8 @@ class TermSteps(TermValues):
         for leaf in (*leaves, *self._system):
             path = leaf.path.upper()
             arguments.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
-        for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
+        roots = {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}
+        for root in roots:  # arguments of the add-on instruction around the step
             argument: Any = self.frame[root]
             numbers = {
                 "first": argument.first,
@@ -276,6 +283,7 @@ def _named_by(operand: object) -> Iterator[Leaf]:
 
 
 def _acts_without_power(step: LoweredStep) -> bool:
+    """Return whether an instruction does something, or decides its power, without power."""
     return step.spec.kind is InstructionKind.BOTH or step.spec.decides
 
 

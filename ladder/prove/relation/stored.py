@@ -139,7 +139,11 @@ class TermPlaces(Interpreter):
         return self._known_facts
 
     def _read_first(self, key: Key, leaf: Leaf) -> None:
-        """Create the variable of a place, or the constant of a place that never changes."""
+        """Create the variable of a place, or the constant of a place that never changes.
+
+        A clock is stored as its age, to which the time of the scan is added. An element of a leaf that
+        became unknown earlier in the scan is unknown under the same conditions.
+        """
         put = self.log.put
         self.log.append_at(self._in_use, key[0], key[1])
         if key in self.known:
@@ -200,6 +204,7 @@ class TermPlaces(Interpreter):
             self._assign(key, guard, t)
 
     def _fitting(self, t: T, leaf: Leaf, key: Key) -> T:
+        """Return a value converted to the type of a place; the age of a clock stays within `most_age`."""
         kind = leaf.type
         if kind.is_bool:
             return truth_of(t)

@@ -89,6 +89,7 @@ def alike(a: Any, b: Any) -> tuple[T, T]:
 
 
 def _kind(value: Any) -> str:
+    """Return the kind of a number or symbol; F32 for a float that single precision can represent."""
     if isinstance(value, TermSymbol):
         return value.t.kind
     if isinstance(value, float):
@@ -126,6 +127,7 @@ class TermSymbol:
     # --- arithmetic
 
     def _arithmetic(self, a: Any, b: Any, whole: Callable[[T, T], T], real: str) -> Any:
+        """Return the result of `whole` for whole numbers, or else of the double operation `real`."""
         if not (isinstance(a, (TermSymbol, int, float)) and isinstance(b, (TermSymbol, int, float))):
             return NotImplemented
         left, right = alike(a, b)
@@ -183,6 +185,7 @@ class TermSymbol:
         return self.of(sub(const(0), whole_of(self.t)))
 
     def __abs__(self) -> Any:
+        """Return the absolute value, whose interval is never negative."""
         if self.t.kind in FLOATS:
             return self.of(fop("fabs", self.t))
         term = whole_of(self.t)
@@ -194,6 +197,7 @@ class TermSymbol:
     # --- bits
 
     def _bits(self, other: Any, op: str, truth: Callable[[T, T], T]) -> Any:
+        """Return the result of a bit operation; for two truths, the result of `truth`."""
         if not isinstance(other, (TermSymbol, int)):
             return NotImplemented
         if self.t.kind == BOOL and _is_truth(other):
@@ -251,6 +255,7 @@ class TermSymbol:
 
 
 def _is_truth(value: Any) -> bool:
+    """Return whether a value is a Boolean or a symbol of one."""
     return value is True or value is False or (isinstance(value, TermSymbol) and value.t.kind == BOOL)
 
 

@@ -101,6 +101,10 @@ class TermValues(TermCopies):
         return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
+        """Return the result of an operation; note zero divisors and overflow.
+
+        An integer operation with a divisor of 0 returns its dividend.
+        """
         if not any(isinstance(value, TermSymbol) for value in values):
             return super()._calculate(name, values, width)
         if width <= 0:
@@ -114,6 +118,7 @@ class TermValues(TermCopies):
         return self.symbol(self._wrapped(self._exact(name, terms), width))
 
     def _exact(self, name: str, terms: Sequence[T]) -> T:
+        """Return an integer result that is not wrapped to a width."""
         if name not in WHOLE:
             raise UnmodeledError(f"{name} of integers")
         return WHOLE[name](*terms)
@@ -125,6 +130,7 @@ class TermValues(TermCopies):
         return result
 
     def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
+        """Return a float result; note a zero divisor, and an infinite result of finite operands."""
         terms = [term_of(value, kind) for value in values]
         if name in ("/", "MOD"):
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
@@ -135,6 +141,7 @@ class TermValues(TermCopies):
         return result
 
     def _real(self, name: str, terms: Sequence[T], kind: str) -> T:
+        """Return a float result; an unknown value if the operation is in `UNKNOWN`."""
         if name in REAL:
             return REAL[name](*terms)
         if name in FACTORS:
@@ -162,6 +169,7 @@ class TermValues(TermCopies):
         self.set_flags(stored)
 
     def _stored(self, t: T, kind: Elementary) -> T:
+        """Return a value converted to a type; note an overflow if it does not fit."""
         if kind.is_real or kind.is_double:
             stored = to_float(t, F32 if kind.is_real else F64)
             if kind.is_real and t.kind == F64:
@@ -266,6 +274,7 @@ class TermValues(TermCopies):
         return self.symbol(unpack(data, 0, Field("", ULINT, 0), self))
 
     def _nearest(self, value: Any) -> Any:
+        """Return a whole number unchanged; refuse a float, whose text has no term."""
         if self.is_float(value):
             raise UnmodeledError("the text of a floating-point number")
         return value

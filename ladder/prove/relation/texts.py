@@ -62,6 +62,7 @@ class TermText:
         return TermText.of(self.make, other) + self
 
     def __getitem__(self, part: slice) -> TermText:
+        """Return the characters from a start up to a stop; both may be terms and beyond the end."""
         first = clip(term_of(part.start or 0, INT), 0, len(self.codes))
         end = self.length
         if part.stop is not None:
@@ -81,6 +82,7 @@ class TermText:
         return self._shifted(b"AZ", 32)
 
     def _shifted(self, ends: bytes, difference: int) -> TermText:
+        """Return the text with a difference added to each code in the range between two ends."""
         low, high = const(ends[0]), const(ends[1])
         codes = [
             ite(and_(le(low, code), le(code, high)), add(code, const(difference)), code)
@@ -109,6 +111,7 @@ class TermText:
         return self.make(not_(self._sorts_before(TermText.of(self.make, other))))
 
     def _equals(self, other: TermText) -> T:
+        """Return whether both texts have the same length and the same characters."""
         equal = eq(self.length, other.length)
         for place in range(min(len(self.codes), len(other.codes))):
             counts = lt(const(place), self.length)
@@ -147,6 +150,7 @@ def _moved(codes: Sequence[T], distance: T, size: int) -> list[T]:
     """Return characters shifted to the right."""
     shifted = [*codes, *[NONE] * (size - len(codes))]
     for k in range(bits_of(distance.lo, distance.hi) - 1):
+        # bit k of the distance moves the characters by 2**k
         moves, shifted_once = bit(distance, k), [NONE] * (1 << k) + shifted
         shifted = [
             ite(moves, other_code, code) for code, other_code in zip(shifted, shifted_once, strict=False)
@@ -166,13 +170,14 @@ def _dropped(codes: Sequence[T], count: T) -> list[T]:
 
 
 def digits(make: Make, value: Any) -> TermText:
-    """Return a whole number as decimal text."""
+    """Return a whole number as decimal text, with a minus sign and without leading zeros."""
     term = term_of(value, INT)
     negative = lt(term, const(0))
     size = ite(negative, sub(const(0), term), term)
     places = len(str(max(abs(term.lo), abs(term.hi))))
     powers = [const(10**k) for k in range(places)]
-    codes = [add(rem(div(size, power), const(10)), const(48)) for power in reversed(powers)]
+    zero = const(ord("0"))
+    codes = [add(rem(div(size, power), const(10)), zero) for power in reversed(powers)]
     leading, count = const(0), const(1)
     for power in powers[1:]:
         reached = le(power, size)
@@ -193,10 +198,11 @@ def number_in(text: TermText) -> tuple[T, T]:
     value, negative, has_begun, is_over = const(0), FALSE, FALSE, FALSE
     previous = NONE
     for place, code in enumerate(text.codes):
-        is_digit = and_(lt(const(place), text.length), and_(le(const(48), code), le(code, const(57))))
+        in_range = and_(le(const(ord("0")), code), le(code, const(ord("9"))))
+        is_digit = and_(lt(const(place), text.length), in_range)
         counts = and_(is_digit, not_(is_over))
-        negative = ite(and_(counts, not_(has_begun)), eq(previous, const(45)), negative)
-        digit = clip(add(code, const(-48)), 0, 9)
+        negative = ite(and_(counts, not_(has_begun)), eq(previous, const(ord("-"))), negative)
+        digit = clip(add(code, const(-ord("0"))), 0, 9)
         value = ite(counts, least(add(mul(value, const(10)), digit), FAR), value)
         is_over, has_begun = or_(is_over, and_(has_begun, not_(is_digit))), or_(has_begun, counts)
         previous = code

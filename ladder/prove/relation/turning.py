@@ -34,7 +34,7 @@ class TurningMachine(ScanMachine):
     """A machine that may prescan after its scan, like a controller whose key is turned.
 
     Attributes:
-        prescanned: the places that prescan may write.
+        prescanned_places: the places that prescan may write.
     """
 
     def __init__(self, *given: Any) -> None:
@@ -44,7 +44,7 @@ class TurningMachine(ScanMachine):
         self._begins: Begun = as_left
         self._reads: Begun = as_left
         self._skips = 0  # number of instructions that some path has skipped
-        self._turned: dict[Key, T] = {}
+        self._turned: dict[Key, T] = {}  # values in and after prescan; `_kept` during prescan
         self._turned_lost: dict[str, list[Lost]] = {}
         self._scanned: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
 
@@ -82,6 +82,7 @@ class TurningMachine(ScanMachine):
         return self._turned[key]
 
     def _with_lost(self, key: Key, t: T, lost: dict[str, list[Lost]]) -> T:
+        """Return a value that is unknown where its whole leaf became unknown."""
         for condition, site in lost.get(key[0], ()):
             t = ite(condition, self.unknown_of(self.leaves[key], key[1], site=site), t)
         return t
@@ -102,6 +103,7 @@ class TurningMachine(ScanMachine):
     # --- differences in prescan
 
     def _read_first(self, key: Key, leaf: Leaf) -> None:
+        """Create the value of a place. In prescan, it is what the scan left, changed from outside."""
         if not self._turns:
             super()._read_first(key, leaf)
             return
@@ -120,7 +122,8 @@ class TurningMachine(ScanMachine):
         if not self._turns:
             return super().merge_paths(run)
         paths = self.paths.walk(run)
-        self._skips += any(path.faulted for path in paths)
+        if any(path.faulted for path in paths):
+            self._skips += 1
         for merged in paths:
             merged.faulted = False
         self.write_paths(paths)
@@ -132,6 +135,7 @@ class TurningMachine(ScanMachine):
             super().stop(bad)
 
     def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
+        """Run series of copies; in prescan, refuse a parameter whose subscript skips the copy."""
         skips = self._skips
         super()._copies(copies)
         if self._turns and self._skips != skips and any(len(series) > 1 for series in copies):
@@ -148,10 +152,12 @@ class TurningMachine(ScanMachine):
         return super().elapsed(since, unit_ns)
 
     def _refuse_clock(self) -> None:
+        """Refuse a clock in prescan."""
         if self._turns:
             raise UnmodeledError("a timer that runs in prescan")
 
     def _prescan_step(self, step: LoweredStep) -> None:
+        """Run what an instruction does in prescan, if anything; also the call in an add-on call."""
         prescan = step.spec.prescan
         if prescan is None:
             return

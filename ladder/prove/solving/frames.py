@@ -37,6 +37,7 @@ class Frame:
         return translate(self.solver, t, self._lookup, self._memo)
 
     def _lookup(self, v: T) -> Any:
+        """Return a constant, the state after the previous scan, or a variable for the solver to choose."""
         system, name = self.system, v.val
         if name in system.held or (self.first and (name in system.next or name in system.late)):
             return literal(self.solver, v, system.initial[name])

@@ -113,6 +113,7 @@ def traces(system: System, cone: Mapping[str, T]) -> dict[str, Array]:
 
 
 def _suggested(system: System, cone: Mapping[str, T], values: Mapping[str, Array]) -> Iterator[Invariant]:
+    """Yield candidates that the values of the random runs satisfy; fewer if there are many states."""
     small = len(values) <= MOST_STATES
     bits = [name for name in values if cone[name].kind == BOOL]
     yield from _of_bits(system, values, bits[: MOST_BITS if small else FEW_BITS])
@@ -123,7 +124,8 @@ def _suggested(system: System, cone: Mapping[str, T], values: Mapping[str, Array
 
 
 def _of_bits(system: System, values: Mapping[str, Array], bits: Sequence[str]) -> Iterator[Invariant]:
-    every = _packed(np.ones_like(values[bits[0]])) if bits else 0
+    """Suggest that a bit never changes, or that two bits are never both true, or one implies the other."""
+    every = _packed(np.ones_like(values[bits[0]])) if bits else 0  # one bit for each scan of a run
     changing = []
     for name in bits:
         term, packed = system.next[name], _packed(values[name])
@@ -131,14 +133,14 @@ def _of_bits(system: System, values: Mapping[str, Array], bits: Sequence[str]) -
             yield Invariant(term, shown(name)) if packed else Invariant(not_(term), f"NOT {shown(name)}")
         else:
             changing.append((shown(name), term, packed))
-    for (left, a, p), (right, b, q) in combinations(changing, 2):
-        if not p & q:
+    for (left, a, seen_a), (right, b, seen_b) in combinations(changing, 2):
+        if not seen_a & seen_b:
             yield Invariant(not_(and_(a, b)), f"NOT ({left} AND {right})")
-        if not p & ~q:
+        if not seen_a & ~seen_b:
             yield Invariant(or_(not_(a), b), f"NOT {left} OR {right}")
-        if not ~p & q:
+        if not ~seen_a & seen_b:
             yield Invariant(or_(a, not_(b)), f"{left} OR NOT {right}")
-        if (p | q) == every:
+        if (seen_a | seen_b) == every:
             yield Invariant(or_(a, b), f"{left} OR {right}")
 
 
@@ -148,6 +150,7 @@ def _packed(truths: Array) -> int:
 
 
 def _of_number(system: System, name: str, values_by_name: Mapping[str, Array]) -> Iterator[Invariant]:
+    """Suggest bounds for a number, and what DN and TT say about an ACC with a preset."""
     term, values = system.next[name], values_by_name[name]
     if name.endswith(CLOCK + "[0]"):
         yield from _of_clock(system, name)
@@ -181,6 +184,7 @@ def _of_two_times(system: System, values: Mapping[str, Array]) -> Iterator[Invar
 
 
 def _of_clock(system: System, name: str) -> Iterator[Invariant]:
+    """Suggest that an enabled timer that is not done has counted all time up to the scan."""
     stem = name.rpartition(".")[0]
     enabled, done = (system.next.get(f"{stem}.{member}[0]") for member in ("EN", "DN"))
     if enabled is not None and done is not None:
@@ -212,6 +216,7 @@ class _Search:
         return []
 
     def _round(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
+        """Return the candidates that a scan keeps: the first scan, or one that begins with all of them."""
         solver = Solver(self.fuse)
         frame = Frame(self.system, solver, first=first)
         if not first:

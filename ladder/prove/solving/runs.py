@@ -98,10 +98,12 @@ class Runs:
         return self._bits(self._rng.getrandbits(self._lanes) & self._rng.getrandbits(self._lanes))
 
     def _bits(self, pattern: int) -> Array:
+        """Return the bits of a number as Booleans, one for each run."""
         packed = np.frombuffer(pattern.to_bytes(self._lanes // 8, "big"), dtype=np.uint8)
         return np.unpackbits(packed).view(np.bool_)
 
     def _random_values(self, name: str, v: T, previous: Array | None) -> Array:
+        """Return a random value of a variable for each run."""
         if v.kind == BOOL:
             return self._bits(self._truths(name))
         if v.kind != INT:
@@ -130,16 +132,16 @@ class Runs:
         """Return random numbers: mostly small, sometimes arbitrary, or the last one with one bit inverted."""
         likely = self._system.likely.get(name)
         if likely is not None:
-            words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])
+            words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])  # signed
             numbers = words[self._draws() % len(words)]
         else:
             numbers = np.clip(_NEAR[self._draws() % len(_NEAR)], v.lo, v.hi)
         anything = (self._raw() % np.uint64(v.hi - v.lo + 1)).astype(np.int64) + v.lo
-        numbers = np.where(self._draws() < 50, anything, numbers)
+        numbers = np.where(self._draws() < 50, anything, numbers)  # in a fifth of the runs
         if previous is not None:
             inverted = previous ^ (1 << self._draws() % max(1, (v.hi - v.lo).bit_length()))
-            is_valid = (self._draws() < 80) & (v.lo <= inverted) & (inverted <= v.hi)
-            numbers = np.where(is_valid, inverted, numbers)
+            is_inverted = (self._draws() < 80) & (v.lo <= inverted) & (inverted <= v.hi)
+            numbers = np.where(is_inverted, inverted, numbers)  # in up to a third of the runs
         return numbers
 
     def _raw(self) -> Array:

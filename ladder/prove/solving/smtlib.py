@@ -85,6 +85,7 @@ _KEEPING = _WORDS | {"fp.add", "fp.sub", "fp.mul", "fp.div", "fp.neg", "fp.abs",
 
 
 def _sort(sort: Sort) -> str:
+    """Return a sort as SMT-LIB writes it."""
     if sort == BOOL:
         return "Bool"
     if isinstance(sort, int):
@@ -103,6 +104,7 @@ def pattern_of(value: float, sort: Sort) -> str:
 
 
 def _float(value: float, sort: Sort) -> str:
+    """Return a float as SMT-LIB writes it: NaN, or the bits of sign, exponent and significand."""
     exponent, significand = FIELDS[str(sort)]
     if math.isnan(value):
         return f"(_ NaN {exponent} {significand})"

@@ -57,6 +57,7 @@ def fuse_text() -> str:
 
 @cache
 def _kinds() -> dict[str, Any]:
+    """Return Bitwuzla's kinds of terms by SMT-LIB name."""
     kind = bitwuzla_module().Kind
     return {name: getattr(kind, member) for name, member in _MEMBERS.items()}
 
@@ -143,10 +144,11 @@ class Solver:
         self._modes = {name: self._manager.mk_rm_value(getattr(modes, name)) for name in ("RNE", "RTZ")}
         self._bool_sort = self._manager.mk_bool_sort()
         self._sorts: dict[Sort, Any] = {}
-        self._values: dict[tuple[Sort, Any], int] = {}
-        self._terms: list[Any] = []
+        self._values: dict[tuple[Sort, Any], int] = {}  # numbers of constants
+        self._terms: list[Any] = []  # by number
 
     def __del__(self) -> None:
+        """Delete Bitwuzla's objects, the manager last."""
         for name in ("_terms", "_modes", "_sorts", "_bool_sort", "_solver", "_manager"):
             self.__dict__.pop(name, None)  # empty if bitwuzla is not installed
 
@@ -156,6 +158,7 @@ class Solver:
         return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
+        """Return Bitwuzla's object for a sort; each one is made once."""
         sort_term = self._sorts.get(sort)
         if sort_term is None:
             manager = self._manager
@@ -169,6 +172,7 @@ class Solver:
         return sort_term
 
     def _number(self, term: Any) -> int:
+        """Store one of Bitwuzla's terms; return its number."""
         self._terms.append(term)
         return len(self._terms) - 1
 
@@ -186,6 +190,7 @@ class Solver:
         return number
 
     def _literal(self, sort: Sort, value: Any) -> Any:
+        """Return a new constant of Bitwuzla; the value of a float is given by its bits as digits."""
         manager = self._manager
         if sort == BOOL:
             return manager.mk_true() if value else manager.mk_false()
@@ -229,6 +234,7 @@ class Solver:
 
 
 def _float(value: Any, kind: str) -> float:
+    """Return the float that the solver chose."""
     digits = value.value(2)
     digits = digits if isinstance(digits, str) else "".join(digits)
     packed = int(digits, 2).to_bytes(4 if kind == F32 else 8)

@@ -104,6 +104,7 @@ def fit(sink: Sink, formula: Any, width: int, new_width: int) -> Any:
 
 
 def _translated(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Return the solver's term for a term that is not a variable, given those of its operands."""
     if t.op == "const":
         return sink.value(sort_of(t), t.val)
     special = _SPECIAL.get(t.op)
@@ -168,6 +169,7 @@ def _whole(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _ite(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Translate a choice; both results get the width of the term."""
     if t.kind == INT:
         arms = [
             fit(sink, formula, width(argument), width(t))
@@ -178,12 +180,14 @@ def _ite(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _shr(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Shift right; a distance beyond the width leaves only the sign."""
     bits = width(t.args[0])
     low = min(t.val, bits - 1)
     return fit(sink, sink.apply("extract", operands, [bits - 1, low]), bits - low, width(t))
 
 
 def _wrap(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Keep the low `t.val` bits; a negative `t.val` means unsigned, so the sign bit 0 is added."""
     bits = abs(t.val)
     operand_width = width(t.args[0])
     low = sink.apply(
@@ -193,15 +197,18 @@ def _wrap(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _b2i(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Return 1 or 0, with a sign bit."""
     return sink.apply("ite", [operands[0], sink.value(2, 1), sink.value(2, 0)])
 
 
 def _bit(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Return whether a bit is 1; bits beyond the width equal the sign."""
     number = min(t.val, width(t.args[0]) - 1)
     return sink.apply("=", [sink.apply("extract", operands, [number, number]), sink.value(1, -1)])
 
 
 def _setbit(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Set a bit where the second operand is true; clear it elsewhere."""
     bits, (number, _) = width(t), t.val
     word = fit(sink, operands[0], width(t.args[0]), bits)
     set_mask, clear_mask = wrap(1 << number, bits), wrap(~(1 << number), bits)
@@ -211,6 +218,7 @@ def _setbit(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _i2f(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Convert an integer to a float; a wide one becomes a SINGLE by way of a double."""
     if t.kind == F32 and width(t.args[0]) > WIDEST_DIRECT:
         double = sink.apply("to_fp_signed", [_ROUND, *operands], FIELDS[F64])
         return sink.apply("to_fp", [_ROUND, double], FIELDS[F32])
@@ -222,6 +230,7 @@ def _f2f(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _f2i(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Round a float to an integer; the result is 0 for NaN, and from FAR or -FAR on."""
     bits, kind = width(t), t.args[0].kind
     near = [
         sink.apply("fp.lt", [operands[0], sink.value(kind, float(FAR))]),
@@ -232,6 +241,7 @@ def _f2i(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _ffin(sink: Sink, t: T, operands: list[Any]) -> Any:
+    """Return whether a float is neither infinite nor NaN."""
     unusual = [sink.apply(name, operands) for name in ("fp.isInfinite", "fp.isNaN")]
     return sink.apply("not", [sink.apply("or", unusual)])
 

@@ -103,6 +103,7 @@ class ProgramSystem(System):
         beside: ProgramSystem | None = None,
         kept: Set[str] = frozenset(),
     ) -> None:
+        """Build the relation of a scan, and build it again if a major fault can end a scan."""
         super().__init__()
         if beside is None:
             terms.forget()
@@ -175,6 +176,7 @@ class ProgramSystem(System):
         blank = self.program.interpret().memory
 
         def begins(key: Key, t: T) -> T:
+            """Return a place's value when prescan begins: with retained tags, other tags are initial."""
             leaf = machine.leaves.get(key)
             if RETAINED_START not in self.happens or leaf is None or is_retained(self.lowered.layout, leaf):
                 return t
@@ -182,6 +184,7 @@ class ProgramSystem(System):
             return ite(var(RETAINED), const(value, t.kind), t)
 
         def reads(key: Key, t: T) -> T:
+            """Return the value that prescan reads: any value, if the outside may have changed it."""
             path, variable = key[0], machine.vars[key]
             outside, is_given = path in self._outside, self._is_given(path, machine.leaves[key])
             unwritten = key not in written and self._changes_outside(path, machine.leaves[key], variable)
@@ -246,6 +249,10 @@ class ProgramSystem(System):
                 )
 
     def _begin(self) -> None:
+        """Prescan the engine, so that its memory has the values before the first scan.
+
+        A major fault ends prescan, as it would end it in the controller.
+        """
         if self.engine.lowered.resume is not None:
             raise LadderError("a proof begins with prescan, but this program keeps its values")
         try:
@@ -286,6 +293,7 @@ class ProgramSystem(System):
                 self.next[variable.val] = self._next(key)
 
     def _next(self, key: Key) -> T:
+        """Return a value after a scan, and after what happens before the next scan."""
         if key == FIRST_SCAN and self.lowered.schedule is None:
             return self.prescans
         next_term = self.machine.state[key] if self.prescans is FALSE else self.machine.before_next(key)
@@ -325,6 +333,7 @@ class ProgramSystem(System):
         return mask & ~written_bits(self.machine.state[key], v)
 
     def _give_role(self, key: Key, v: T) -> None:
+        """Make a value a state, held, or late, with an initial value; otherwise it is free in each scan."""
         path, leaf = key[0], self.machine.leaves[key]
         is_state = key in self.machine.written or path.endswith(CLOCK)
         if key in self.machine.prescanned_places and not self._changes_outside(path, leaf, v):

@@ -35,9 +35,9 @@ class BlendProgramming(Command):
 
     def __init__(self, axis: str, text: str) -> None:
         super().__init__(axis, PROGRAM_BLEND, text)
-        self._remaining: list[array[int]] = []
-        self._zeros_since_ns: int | None = None
-        self._parameters_sent_ns: int | None = None
+        self._remaining: list[array[int]] = []  # blocks to be sent
+        self._zeros_since_ns: int | None = None  # since when zeros are sent; None before that
+        self._parameters_sent_ns: int | None = None  # when a block was sent without its transmit bit
         self.handshake_over = False
 
     def fill(self, header: BlendHeader, segments: Sequence[BlendSegment]) -> None:
@@ -58,10 +58,11 @@ class BlendProgramming(Command):
     @property
     def unfit_for_drives(self) -> str:
         """The reason why a networked drive can't run the profile; "" if it can."""
-        if self.words[3] or self.words[4] or self.words[5] & ~_RATE:
+        if self.words[3] or self.words[4] or self.words[5] & ~_RATE:  # types of acceleration
             return "a drive's blend has no S-curve"
         speed_before, last_speed = (1000 * block[4] + block[5] for block in self._remaining[-2:])
-        if last_speed < speed_before and self._remaining[-1][6] != self._remaining[-1][7]:
+        rate, deceleration = self._remaining[-1][6:8]
+        if last_speed < speed_before and rate != deceleration:
             return "a drive's last segment has one rate; final_deceleration must be its deceleration"
         return ""
 
@@ -83,6 +84,7 @@ class BlendProgramming(Command):
 
     @override
     def attend(self, drive: Handshake, now_ns: int) -> None:
+        """After each acknowledgment, clear the transmit bit, then send the next block; zeros end it."""
         if not drive.under_way:
             self._zeros_since_ns = None
             return

@@ -263,6 +263,7 @@ class Drive:
     # -- judging the inputs
 
     def _judge(self, now_ns: int) -> None:
+        """Evaluate the inputs of a scan: the running command begins, continues, or ends."""
         self._quiet = False
         self.msw = self._inputs[0]
         self.lsw = self._inputs[1]
@@ -274,7 +275,7 @@ class Drive:
             self._begin()
         if self.step == _UNDER_WAY and self.kind.runs_on:
             self.out[0] = 0
-        self._end_command(moving=moving, stuck=self._is_stuck(now_ns))
+        self._end_command(moving=moving, stuck=self._update_stuck(now_ns))
 
     def _end_command(self, *, moving: bool, stuck: bool) -> None:
         """End the running command if it has failed, is done, or is stuck."""
@@ -302,7 +303,7 @@ class Drive:
         if drive is None or self.msw < 0:
             return 0
         moves = self.kind.state is not State.STANDSTILL
-        return ErrorId.DRIVE_FAULT * (drive.unfit or (moves and not drive.enabled))
+        return ErrorId.DRIVE_FAULT if drive.unfit or (moves and not drive.enabled) else 0
 
     def _settle(self, now_ns: int) -> None:
         """Note how long the step has lasted with a good link, and whether that is at least a round trip."""
@@ -314,16 +315,19 @@ class Drive:
         self._last_step = self.step
 
     def _has_begun(self, moving: bool) -> bool:
+        """Return whether a command has begun: a round trip or motion; CONFIGURE also by its mode."""
         if self.kind is CONFIGURE:
             return self._settled and self.msw < 0
         return moving or self._settled
 
     def _begin(self) -> None:
+        """Note that the command is under way; send zeros if it is an accepted configuration."""
         self.step = _UNDER_WAY
         if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
             self._write(ZEROS)  # accepted: zeros change to command mode
 
     def _is_done(self, msw: int) -> bool:
+        """Return whether an axis at rest has done the command: status, handshake and evidence agree."""
         if self.kind is CONFIGURE:
             return msw >= 0
         if self.running is not None and not self.running.handshake_over:
@@ -333,14 +337,15 @@ class Drive:
             return False
         return self._evidence.may_have_ended(self.kind, self.out)
 
-    def _is_stuck(self, now_ns: int) -> bool:
-        """Update and return whether the axis has been at rest too long for the step to end normally."""
+    def _update_stuck(self, now_ns: int) -> bool:
+        """Store and return whether the axis has been at rest too long for the step to end normally."""
         expects_end = self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING
         idle = expects_end and not self.moving and not self.link.down
         self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)
         return self._stuck
 
     def _fail(self, error_id: int) -> None:
+        """End the running command with an error, and put the axis in the error state."""
         self.error_stop = True
         if self._evidence.broken:
             error_id |= ErrorId.LINK_LOST
@@ -354,11 +359,13 @@ class Drive:
         return "; ".join(sentences)
 
     def _status_names(self) -> list[str]:
+        """Return the names of the status bits that are on, as the module's family names them."""
         if self._translation is None:
             return status_names(self.msw, self.lsw)
         return self._translation.status_names(self._slot_words)
 
     def _finish(self, outcome: Outcome, error_id: int, detail: str = "") -> None:
+        """End the running command, if there is one, and send zeros."""
         if self.running is not None:
             self.running.end(outcome, error_id, detail)
         self._send_zeros()
@@ -366,6 +373,10 @@ class Drive:
     # -- the newest command
 
     def _send_newest(self, now_ns: int) -> None:
+        """Make way for the pending command, go on to the next step, and send the command at rest.
+
+        A step that has just begun is not settled, so it lasts at least a round trip.
+        """
         settled = self._settled and self.step == self._last_step
         if self.pending is not None:
             self._interrupt(self.pending, now_ns)
@@ -395,6 +406,7 @@ class Drive:
         self.step = HandshakeStep.YIELDING
 
     def _advance_step(self, now_ns: int) -> None:
+        """After a round trip, go on from a step that waits for rest, for a reset, or for words to cross."""
         command_error = self.msw & _COMMAND_ERROR != 0
         if self.step == HandshakeStep.YIELDING and not self.moving:
             self._send_zeros()
@@ -426,6 +438,7 @@ class Drive:
             self.step = _SENT
 
     def _send_pending(self, command: Command, now_ns: int) -> None:
+        """Send the pending command at rest; end it if there is nothing to send or an error prevents it."""
         self.pending = None
         refused = self._error_since_request(command.kind)
         if refused:
@@ -461,6 +474,7 @@ class Drive:
         return ErrorId.POSITION_INVALID if kind is ABSOLUTE and not self.position_valid else 0
 
     def _send_words(self, command: Command, now_ns: int) -> None:
+        """Send a command's words; it is now the running one. A change under way keeps the evidence."""
         if self.step != _UNDER_WAY:
             self._evidence.begin()
         self.out = array("h", command.words)

@@ -44,9 +44,9 @@ class Evidence:
         self.accepted = False  # whether the module has accepted the command
         self.was_valid = False  # whether the position was valid when the command was sent
         self.broken = False  # whether the link was lost since then, with no motion on a good link afterwards
-        self._start_position = (0, 0)
-        self._phase = 0
-        self._rests_since_ns: int | None = None
+        self._start_position = (0, 0)  # input words 2 and 3
+        self._phase = 0  # output word 1 in the previous scan
+        self._rests_since_ns: int | None = None  # start of the rest in this phase
 
     def begin(self) -> None:
         """Store the status when a command is sent."""
@@ -63,12 +63,14 @@ class Evidence:
         elif moving:
             self.broken = False
         if not self.accepted:
-            self.accepted = moving or self._has_left() or self._is_over(kind, out)
+            self.accepted = moving or self._has_left() or self._accepted_at_rest(kind, out)
 
     def _has_left(self) -> bool:
+        """Return whether the position has changed since the command was sent."""
         return self._inputs[0] >= 0 and (self._inputs[2], self._inputs[3]) != self._start_position
 
-    def _is_over(self, kind: CommandKind, out: Sequence[int]) -> bool:
+    def _accepted_at_rest(self, kind: CommandKind, out: Sequence[int]) -> bool:
+        """Return whether the module accepted a command without motion: a bit went off, or none is needed."""
         if not self._inputs[0] & _COMPLETION.get(kind, -1):
             return True
         if kind is RELATIVE:
@@ -97,5 +99,5 @@ class Evidence:
         elif self._rests_since_ns is None:
             self._rests_since_ns = now_ns
         searches = kind is HOME and not self._inputs[0] & _STOPPED
-        limit_ns = self._limit_ns + HOME_REST_NS * searches
+        limit_ns = self._limit_ns + (HOME_REST_NS if searches else 0)
         return self._rests_since_ns is not None and now_ns - self._rests_since_ns >= limit_ns

@@ -259,6 +259,7 @@ class Axis3601(Device):
         """
 
         def manual() -> Image:
+            """Return the output words of the move; raise a ValueError for a value out of range."""
             if speed == 0:
                 raise ValueError("speed is 0; must not be 0 (negative is counterclockwise)")
             if register == 0:
@@ -320,6 +321,7 @@ class Axis3601(Device):
         command = BlendProgramming(self.name, f"program_blend({len(path)} segments)")
 
         def blocks() -> Image:
+            """Store all blocks in the command; return the first one. Raise a ValueError out of range."""
             types, limits = tuple(shapes) or (CONSTANT,) * len(path), self._limits
             header = BlendHeader(types, final_deceleration, final_shape, limits=limits)
             command.fill(header, path)
@@ -365,6 +367,7 @@ class Axis3601(Device):
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
+        """Attach to the slot's module; raise a ValueError if it or the configuration does not fit."""
         if self.slot not in slots:
             listed = ", ".join(map(str, slots)) or "none"
             self._refuse(f"slot {self.slot} is empty; modules sit in {listed}")
@@ -425,6 +428,7 @@ class Axis3601(Device):
         return self._drive.idle()
 
     def _new_drive(self, slot_ms: int = 0) -> Drive:
+        """Return a drive that waits the longer one of the axis's and the slot's round trip."""
         trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
         owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)

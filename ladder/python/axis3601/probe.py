@@ -36,12 +36,14 @@ class CaptureWait(LinkedWait[int]):
 
     @override
     def poll(self, now_ns: int) -> bool:
+        """Return whether the input rose, or a value was captured, since the previous scan."""
         if self._state() is State.DISABLED:
             text = f"{self!r}: {reasons(ErrorId.WRONG_STATE, 'state DISABLED')}"
             raise AxisError(text, ErrorId.WRONG_STATE)
         was_on, self._was_on = self._was_on, self._words[1] & _CAPTURE != 0
+        has_risen = self._was_on and not was_on
         value, self._last = self._last, self._status.captured
-        return (self._was_on and not was_on) or value != self._last
+        return has_risen or value != self._last
 
     @override
     def result(self) -> int:

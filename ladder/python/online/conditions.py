@@ -58,6 +58,7 @@ def check_wait(
 
 
 def _values_of(wait: Wait[Any]) -> Iterator[Any]:
+    """Yield the values in a wait's slots."""
     for kind in type(wait).__mro__:
         for name in getattr(kind, "__slots__", ()):
             if hasattr(wait, name):
@@ -82,6 +83,7 @@ def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Pa
 
 
 def _check_function(function: FunctionType, old: Edition, new: Edition, texts: Texts) -> None:
+    """Raise a ConditionError unless the edited program has a function's text; note that text."""
     code = function.__code__
     name = "its condition" if code.co_name == "<lambda>" else f"its condition {code.co_name}"
     if "__class__" in code.co_freevars or set(code.co_names) & (old.rebound | new.rebound):
@@ -119,6 +121,7 @@ def _covers(node: ast.Lambda | ast.FunctionDef, positions: set[Any]) -> bool:
 
 
 def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
+    """Return the syntax of all functions that the function may be in another edition."""
     outer = _outer_function(function, edition)
     if outer is None:
         return []

@@ -121,7 +121,9 @@ def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Edit
         restarted=restarts,
         restated=fields.restated,
     )
-    return EditPlan(logic, fresh, old, new, fields, parts, moves, restarts, edit)
+    return EditPlan(
+        logic, fresh, old, new, fields=fields, parts=parts, moves=moves, restarts=restarts, edit=edit
+    )
 
 
 def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
@@ -220,15 +222,19 @@ class PartPlan:
 
 
 def _plan_parts(logic: Logic, fresh: Logic) -> PartPlan:
+    """Return which parts continue, and which are new or restart because their declaration has changed."""
     present_parts = {part.name: part for part in logic._logic_parts}
     parts: dict[str, Part] = {}
     kept: list[str] = []
     changed: list[str] = []
     for part in fresh._logic_parts:
         present_part = present_parts.get(part.name)
-        continues = present_part is not None and present_part.continues_as(part)
-        parts[part.name] = present_part if present_part is not None and continues else part
-        (kept if continues else changed).append(part.name)
+        if present_part is not None and present_part.continues_as(part):
+            parts[part.name] = present_part
+            kept.append(part.name)
+        else:
+            parts[part.name] = part
+            changed.append(part.name)
     return PartPlan(parts, tuple(kept), tuple(changed))
 
 
@@ -236,6 +242,7 @@ def _plan_parts(logic: Logic, fresh: Logic) -> PartPlan:
 
 
 def _apply(plan: EditPlan) -> None:
+    """Give the instance the edited class, and change its fields, forces, parts and sequences in place."""
     logic, fresh = plan.logic, plan.fresh
     fields: dict[str, Any] = vars(logic)
     kind: type[Logic] = type(fresh)
@@ -257,6 +264,7 @@ def _apply(plan: EditPlan) -> None:
 
 
 def _replace_parts(plan: EditPlan, attributes: dict[str, Any]) -> None:
+    """Give the instance its parts after the edit; continue the kept ones, attach and reset the others."""
     logic, slots = plan.logic, plan.logic._logic_slots
     assert slots is not None, "the program has had a scan"
     for name in [name for name, value in attributes.items() if isinstance(value, Part)]:

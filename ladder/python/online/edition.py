@@ -92,12 +92,14 @@ class Edition:
         return constants.get(text.removeprefix("self")) if text.startswith("self.") else constants.get(text)
 
     def _constants(self) -> dict[str, Any]:
+        """Return all constants by name, those of the class with a dot."""
         constants = {f".{name}": value for name, value in self.constants().items()}
         for names in self.modules.values():
             constants.update((name, value) for name, value in names.items() if is_plain(name, value))
         return constants
 
     def _bodies(self) -> dict[str, str]:
+        """Return the syntax of each function as text, by name; "" for a function without source."""
         functions = {method.__name__: method for method in self._methods()}
         for module, names in self.modules.items():
             functions_here = (value for value in names.values() if isinstance(value, FunctionType))
@@ -109,6 +111,7 @@ class Edition:
 
     @cached_property
     def _sources(self) -> dict[str, str]:
+        """The text of each file, as the classes were loaded."""
         sources: dict[str, str] = {}
         for kind in reversed(self.kind.__mro__):
             sources.update(vars(kind).get("_logic_sources", {}))
@@ -119,11 +122,13 @@ class Edition:
             yield from ast.walk(self._tree(file))
 
     def _tree(self, file: str) -> ast.Module:
+        """Return the syntax of a file, parsed once."""
         if file not in self._trees:
             self._trees[file] = ast.parse(self._sources.get(file, ""))
         return self._trees[file]
 
     def _methods(self) -> Iterator[FunctionType]:
+        """Yield the functions of the class and its bases, up to `Logic`."""
         for kind in self.kind.__mro__:
             if kind is Logic:
                 return
@@ -138,6 +143,7 @@ def is_plain(name: str, value: Any) -> bool:
 
 
 def _same(a: Any, b: Any) -> bool:
+    """Return whether constants are equal and of one type; enum members by name, as an edit reloads them."""
     if isinstance(a, Enum) and isinstance(b, Enum):
         return (type(a).__qualname__, a.name) == (type(b).__qualname__, b.name)
     if type(a) is not type(b):

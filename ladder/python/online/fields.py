@@ -114,6 +114,7 @@ class Fields:
         self.on_outside()
 
     def _field(self, name: str) -> str:
+        """Return the bare name of a field, given its full name; raise a ValueError if it is unknown."""
         logic = self._logic()
         owner, _, field = name.rpartition(".")
         fields = fields_of(logic)

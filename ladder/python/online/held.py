@@ -27,6 +27,7 @@ class ContinuedAwait:
         self.inner, self._wait = inner, wait
 
     def __await__(self) -> Generator[object, None, Any]:
+        """Yield the current wait, then pass on what the coroutine yields and gets, until it returns."""
         wait = self._wait
         while True:
             try:

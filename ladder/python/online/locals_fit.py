@@ -34,15 +34,18 @@ class _Reads:
         self._names_read: set[str] = set()
 
     def names_in(self, body: list[ast.stmt]) -> set[str]:
+        """Return the names that statements may read before they assign them."""
         self._block(body, frozenset())
         return self._names_read
 
     def _block(self, statements: list[ast.stmt], bound: Names) -> Names:
+        """Collect the reads of statements; return the names that are bound after them."""
         for statement in statements:
             bound = self._statement(statement, bound)
         return bound
 
     def _statement(self, node: ast.stmt, bound: Names) -> Names:
+        """Collect the reads of a statement; return the names that are surely bound after it."""
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             self._read(node, bound)
             return bound | {node.name}
@@ -77,6 +80,7 @@ class _Reads:
         return bound
 
     def _read(self, value: object, bound: Names) -> None:
+        """Collect the names in a node or list that are read while not bound; `x += 1` reads `x`."""
         for node in _nodes(value):
             names = (inner for inner in ast.walk(node) if isinstance(inner, ast.Name))
             self._names_read |= {name.id for name in names if not isinstance(name.ctx, ast.Store)} - bound
@@ -85,6 +89,7 @@ class _Reads:
 
 
 def _leaves(block: list[ast.stmt]) -> bool:
+    """Return whether a block ends by leaving the statements around it, as by `return`."""
     return bool(block) and isinstance(block[-1], ast.Return | ast.Raise | ast.Continue | ast.Break)
 
 
@@ -98,6 +103,7 @@ def _names(value: Any, context: type[ast.expr_context] = ast.Store) -> Names:
 
 
 def _captured(case: ast.AST) -> Names:
+    """Return the names that the patterns of a case capture."""
     return frozenset(
         str(node.name)
         for node in ast.walk(case)

@@ -77,7 +77,7 @@ class SequenceMove:
     kept: tuple[CodeType, ...] = ()  # the codes of frames that stay
 
     def move(self) -> list[CodeType]:
-        """Rebuild its frames; return their codes."""
+        """Rebuild the frames, innermost first, and run them up to the wait; return their codes."""
         if not self.frames:
             return list(self.kept)
         wait, old_work = self.sequence._wait, self.sequence._work
@@ -173,6 +173,7 @@ def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionTy
 
 
 def _trees_of(frame: WaitingFrame, context: EditContext) -> tuple[Function, Function]:
+    """Return the syntax of a frame's function in both programs; raise a ValueError if it is missing."""
     present, edited = _functions_of(frame, context)
     old_tree, new_tree = context.old.tree(present), context.new.tree(edited)
     if not isinstance(old_tree, ast.AsyncFunctionDef) or not isinstance(new_tree, ast.AsyncFunctionDef):
@@ -196,6 +197,7 @@ def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
+    """Return the await at which a frame waits; raise a ValueError if none fits."""
     matching = [point for point in points if point.is_at(frame.position)]
     if len(matching) != 1:
         raise ValueError("its await is not in the source")
@@ -251,6 +253,7 @@ def _iterator_at_same_pass(iterator: Any, text: str, context: EditContext) -> An
 
 
 def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
+    """Plan how a frame continues in its edited function; raise a ValueError if that is not certain."""
     _, edited = _functions_of(frame, context)
     present_tree, edited_tree = _trees_of(frame, context)
     points = points_of(present_tree)
@@ -263,10 +266,11 @@ def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     _check_held(held, context)
     held, loops = _loops(target, held, context)
     values = _fitting(frame, old_await, new_await, resumed, edited, context, loops)
-    return FrameMove(frame, edited, new_await, resumed, values, held)
+    return FrameMove(frame, edited, new_await, resumed, values=values, block_objects=held)
 
 
 def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
+    """Return whether a frame waits in the exit of an `async with`."""
     inside = getattr(frame.work.cr_await, "cr_code", None)
     entry = isinstance(point.node, ast.AsyncWith)
     return entry and inside is not None and inside.co_name == "__aexit__"
@@ -294,6 +298,7 @@ def _fitting(
 
 
 def _check_local(name: str, value: Any, context: EditContext) -> None:
+    """Raise a ValueError for a local that refers to an object that does not continue."""
     if any(value is item for item in context.changed):
         raise ValueError(f"its local {name} is {value.name}, whose declaration has changed")
     if isinstance(value, Wait):
@@ -307,6 +312,7 @@ def _check_local(name: str, value: Any, context: EditContext) -> None:
 
 
 def _check_held(held: list[Any], context: EditContext) -> None:
+    """Raise a ValueError if an open block's object runs code of the program, or does not continue."""
     for value in held:
         owner = getattr(value, "__self__", value)
         if not isinstance(owner, BaseException) and not _is_library(owner):

@@ -90,7 +90,7 @@ def points_of(function: Function) -> list[Point]:
 
 
 def _points(node: ast.stmt, steps: tuple[BlockStep, ...]) -> Iterator[Point]:
-    """Yield the points of a statement."""
+    """Yield the points of a statement in order; `steps` are the blocks around it, outermost first."""
     if isinstance(node, NESTED):
         return
     if isinstance(node, ast.AsyncWith):
@@ -115,6 +115,7 @@ def _points(node: ast.stmt, steps: tuple[BlockStep, ...]) -> Iterator[Point]:
 
 
 def _awaits(value: object) -> Iterator[ast.Await]:
+    """Yield the awaits in a node or list in order of evaluation, inner ones first."""
     nodes = value if isinstance(value, list) else [value]
     for node in nodes:
         if not isinstance(node, ast.AST) or isinstance(node, NESTED):
@@ -142,6 +143,7 @@ def _head(node: ast.stmt) -> str:
 
 
 def _inner_head(node: ast.AST) -> str:
+    """Return the text of an `except` or `case`; "" for other nodes."""
     if isinstance(node, ast.ExceptHandler):
         kind = "" if node.type is None else f" {ast.unparse(node.type)}"
         return f"except{kind}" + (f" as {node.name}" if node.name else "")
@@ -179,7 +181,7 @@ def counterpart(point: Point, old_points: list[Point], new_points: list[Point]) 
         old_count, new_count = (_count_reached(*pair) for pair in ((point, old_points), (match, new_points)))
         if old_count == new_count:
             return match
-        old_matches, new_matches = [point] * old_count, [match] * new_count
+        old_matches, new_matches = [point] * old_count, [match] * new_count  # only counted, in the message
     if new_matches:
         raise NoCounterpartError(
             f"`{point.text}` occurs {_times(len(new_matches))}, before {_times(len(old_matches))}; "

@@ -79,6 +79,7 @@ class _Writer:
         return [*self._statement(statements[index], depth), *statements[index + 1 :]]
 
     def _statement(self, node: ast.stmt, depth: int) -> list[ast.stmt]:
+        """Return the statements that do the rest of the statement with the point."""
         if depth >= len(self._point.steps):
             return [self._entered(node)] if self._entry else [self._simple(node)]
         step = self._point.steps[depth]
@@ -90,6 +91,7 @@ class _Writer:
     # --- statements that contain the await
 
     def _simple(self, node: ast.stmt) -> ast.stmt:
+        """Return a simple statement whose await is replaced by the one that continues."""
         if not isinstance(node, _VALUE_OF) or node.value is None:
             raise CannotBeginError(_PARTLY_COMPUTED)
         return _with(node, value=self._first(node.value))
@@ -109,6 +111,7 @@ class _Writer:
         raise CannotBeginError(_PARTLY_COMPUTED)
 
     def _entered(self, node: Any) -> ast.stmt:
+        """Return an `async with` that takes an object whose entry is already waiting."""
         if len(node.items) != 1:
             raise CannotBeginError("an `async with` has several objects")
         held = self._block(BlockKind.EXIT, node)
@@ -118,11 +121,13 @@ class _Writer:
     # --- statements around the await
 
     def _if(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Return the rest of the branch with the point; the whole `if` for a point in its condition."""
         if step.field == "test":
             return [_with(node, test=self._first(node.test))]
         return self.block(getattr(node, step.field), depth + 1)
 
     def _while(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Write a loop whose first pass begins at the point; later passes begin at its top."""
         if step.field == "orelse":
             return self.block(node.orelse, depth + 1)
         first = self._once(node)
@@ -130,10 +135,12 @@ class _Writer:
             condition = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
             return [_with(node, test=condition)]
         body = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
-        test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
+        first_test = self._once(node)  # another mark, because each expression is evaluated once per pass
+        test = _at(ast.BoolOp(ast.Or(), [first_test(), node.test]), node.test)
         return [_with(node, test=test, body=[body])]
 
     def _for(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Write a loop whose first item stands for the current pass, so the target keeps its value."""
         if step.field == "orelse":
             return self.block(node.orelse, depth + 1)
         if step.field != "body":
@@ -146,6 +153,7 @@ class _Writer:
         return [_with(node, target=_at(ast.Name(turn, ast.Store()), node), iter=iterator, body=[body])]
 
     def _try(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Write the rest of a `try`: handlers still cover its body, and `finally` covers every part."""
         if step.field == "finalbody":
             raise CannotBeginError("the await is in a `finally`")
         if step.field == "body":
@@ -164,17 +172,20 @@ class _Writer:
         return _at(ast.Try([_at(ast.Raise(error, None), inner)], [handler], [], []), inner)
 
     def _finally(self, node: Any, body: list[ast.stmt]) -> list[ast.stmt]:
+        """Return a body in a `try` with the statement's `finally`; the body itself without one."""
         if not node.finalbody:
             return body
         return [_at(ast.Try(body, [], [], node.finalbody), node)]
 
     def _with_block(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Write a `with` whose objects are already open."""
         if step.field != "body":
             raise CannotBeginError(_PARTLY_COMPUTED)
         items = [ast.withitem(self._block(BlockKind.EXIT, node), None) for _ in node.items]
         return [_with(node, items=items, body=self.block(node.body, depth + 1))]
 
     def _match(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
+        """Return the rest of the case with the point; the whole `match` for a point in its subject."""
         if step.field == "subject":
             return [_with(node, subject=self._first(node.subject))]
         inner: Any = step.inner
@@ -183,6 +194,7 @@ class _Writer:
     # --- parameters
 
     def _block(self, kind: BlockKind, node: Any) -> ast.Name:
+        """Add a parameter for the object of an open block; return the parameter as an expression."""
         name = f".{kind.value}{len(self._resumption.blocks)}"
         self._resumption.blocks.append(name)
         return _at(ast.Name(name, ast.Load()), node)
@@ -257,6 +269,7 @@ def compiled(
         raise CannotBeginError(f"it uses {', '.join(code.co_freevars)} of an outer function")
     names = [*values, WAIT, *resumed.blocks, *resumed.once, ".everything"]
     outside = [node for node in _own_nodes(function) if isinstance(node, ast.Global)]
+    # `super()` without arguments needs the cell of `__class__`
     tree = ast.parse("def outer(__class__):\n async def inner(): pass")
     outer: Any = tree.body[0]
     resumed_function = outer.body[0]
@@ -286,6 +299,7 @@ def _own_nodes(function: ast.AST) -> list[ast.AST]:
 
 
 def _cell(original: FunctionType, name: str) -> CellType:
+    """Return the cell of a variable in a function; an empty one if the function has none."""
     cells = dict(zip(original.__code__.co_freevars, original.__closure__ or (), strict=True))
     return cells[name] if name in cells else CellType()
 
@@ -318,6 +332,7 @@ class _Private(ast.NodeTransformer):
         return node
 
     def _mangled(self, name: str) -> str:
+        """Return a private name as Python stores it in the class."""
         private = name.startswith("__") and not name.endswith("__") and self._owner
         return f"_{self._owner}{name}" if private else name
 

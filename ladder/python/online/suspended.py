@@ -69,9 +69,9 @@ class WaitingFrame:
             if kind is BlockKind.HANDLER:  # the stack has the exception before the present one
                 values.append(present)
                 item, present = present, item
-            if kind is BlockKind.EXIT and not _is(kind, item):
+            if kind is BlockKind.EXIT and not _is_of_kind(kind, item):
                 item = _bound_exit(stack.pop() if stack else None, item)
-            if not _is(kind, item):
+            if not _is_of_kind(kind, item):
                 raise UnknownStackError
             if kind is not BlockKind.HANDLER:
                 values.append(unwrapped(item))
@@ -84,7 +84,8 @@ def _bound_exit(function: Any, owner: Any) -> Any:
     return function.__get__(owner) if is_exit else None
 
 
-def _is(kind: BlockKind, item: Any) -> bool:
+def _is_of_kind(kind: BlockKind, item: Any) -> bool:
+    """Return whether an object from the stack may be that of a block of a kind."""
     if kind is BlockKind.ITERATOR:
         return hasattr(item, "__next__")
     if kind is BlockKind.EXIT:
@@ -93,16 +94,17 @@ def _is(kind: BlockKind, item: Any) -> bool:
 
 
 def suspended(work: Any) -> WaitingFrame:
-    """Return the frame of a waiting coroutine."""
+    """Return the frame of a waiting coroutine, with its locals and the source position of its await."""
     frame = work.cr_frame
+    # an instruction has two bytes, and `co_positions` has one entry for each instruction
     position = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
     line, end_line, column, end_column = (number or 0 for number in position)
     values = {name: value for name, value in frame.f_locals.items() if not name.startswith(".")}
     return WaitingFrame(
         work,
         frame.f_code,
-        frame.f_globals.get("__name__", ""),
-        (line, end_line, column, end_column),
-        values,
-        entry_of(work.cr_await),
+        module=frame.f_globals.get("__name__", ""),
+        position=(line, end_line, column, end_column),
+        values=values,
+        awaited=entry_of(work.cr_await),
     )

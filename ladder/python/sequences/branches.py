@@ -84,6 +84,7 @@ class BranchWait(Wait[T], Generic[T]):
 
 
 def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], function_name: str) -> Wait[Any]:
+    """Return a wait unchanged, and a coroutine as a branch; raise a TypeError for other objects."""
     if isinstance(work, Wait):
         return work
     if isinstance(work, Coroutine):
@@ -119,6 +120,7 @@ class Several(Wait[T], Generic[T]):
 
     @override
     def poll(self, now_ns: int) -> bool:
+        """Return whether the result is decided and the losers have ended, perhaps over several scans."""
         if self._decided:
             return self.continue_giving_up(now_ns)
         try:
@@ -204,6 +206,7 @@ class First(Several[Any]):
 
     @override
     def decide(self, now_ns: int) -> bool:
+        """Return whether a wait has ended, the first one in the order of the arguments."""
         for place, wait in enumerate(self.waits):
             if self.poll_one(wait, now_ns):
                 self._winner = place
@@ -236,6 +239,7 @@ class Within(Several[T], Generic[T]):
 
     @override
     def decide(self, now_ns: int) -> bool:
+        """Return whether the wait has ended; raise a WaitTimeout once the time is over."""
         if self.poll_one(self.waits[0], now_ns):
             return True
         if now_ns >= self._over_ns:

@@ -41,7 +41,7 @@ class Sequence:
         self._make = make
         self._work: Coroutine[Any, Any, object] | None = None
         self._wait: Wait[Any] | None = None  # None while it is not running
-        self._resumed = 0
+        self._resumed = 0  # starts and resumptions, without those of branches in the current wait
         self._ordered = False  # whether it gets Abort in its next turn
         self._again = False  # whether it begins again after its end
         self._giving_up = False  # whether it waits for the end of branches before Abort
@@ -173,6 +173,7 @@ class Sequence:
         self._begin_again_if_ordered(now_ns)
 
     def _abort(self, now_ns: int) -> None:
+        """Raise Abort at the await; raise a RuntimeError if the sequence swallows a second one."""
         was_aborted, self._aborted = self._aborted, True
         self._resume(now_ns, Abort())
         if was_aborted and self._wait is not None:
@@ -214,6 +215,7 @@ class Sequence:
             self._seen = _UNSEEN if at_once else self._words[self._word] & self._mask
 
     def _advance(self, error: BaseException | None) -> object:
+        """Run the coroutine up to its next await; return what it awaits, or `_OVER` after its end."""
         work = self._work
         assert work is not None, "a sequence that continues has begun"
         was_stepping, stepping.active = stepping.active, True
@@ -245,6 +247,7 @@ _UNSEEN = -1  # no masked word
 
 
 def _close(work: Coroutine[Any, Any, object]) -> None:
+    """Close a coroutine; ignore that it awaits something instead of ending."""
     try:
         work.close()
     except RuntimeError:

@@ -50,6 +50,7 @@ def sequence(function: Method | None = None, *, start: bool = True) -> Any:
 
 
 def _check_method(function: Any) -> None:
+    """Raise a TypeError unless a function can be a sequence."""
     name, where = getattr(function, "__qualname__", repr(function)), where_is(function)
     if inspect.isasyncgenfunction(function):
         raise TypeError(f"{where}: {name} has a yield; a sequence must be an `async def` without yield")
@@ -78,6 +79,7 @@ def check_class(cls: type) -> None:
 
 
 def _check_every_scan(function: Any) -> None:
+    """Raise a TypeError unless a function is a plain method with only self, or None."""
     if function is None:
         return
     where = where_is(function)

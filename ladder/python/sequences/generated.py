@@ -46,13 +46,14 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
     before, after = [], []
     devices = [part for part in logic._logic_parts if isinstance(part, Device)]
     for number, device in enumerate(devices):
-        texts = _turns(device, f"device{number}", names)
-        before.append(next(texts))
-        after.append(next(texts))
+        call_before, call_after = _turns(device, f"device{number}", names)
+        before.append(call_before)
+        after.append(call_after)
     middle = [] if getattr(type(logic), EVERY_SCAN) is plain else [f"{EVERY_SCAN}()"]
     for number, sequence in enumerate(logic._logic_sequences):
-        names[name := f"sequence{number}"] = sequence
-        middle.append(_SEQUENCE.format(own=name))
+        own = f"sequence{number}"
+        names[own] = sequence
+        middle.append(_SEQUENCE.format(own=own))
     body = "\n".join([_HEAD, *before, *middle, *after])
     make = _compiled(body, tuple(names))
     scan: Callable[[LogicScan], None] = make(**names)
@@ -74,6 +75,7 @@ def _turns(device: Device, own: str, names: dict[str, Any]) -> Iterator[str]:
 
 @lru_cache(maxsize=256)
 def _compiled(body: str, names: tuple[str, ...]) -> Callable[..., Any]:
+    """Return a function that makes the scan, given the objects that its names stand for."""
     lines = "\n".join(f"        {line}" for line in body.splitlines())
     text = f"def make({', '.join(names)}):\n    def scan_once(scan):\n{lines}\n    return scan_once\n"
     space: dict[str, Any] = {}

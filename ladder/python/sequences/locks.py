@@ -35,6 +35,7 @@ class Lock(Part):
         self._queue = []
 
     async def __aenter__(self) -> None:
+        """Take the lock, or wait until it is free; an exception during the wait withdraws the request."""
         request = object()
         self._queue.append(request)
         try:

@@ -106,7 +106,7 @@ class Logic:
             turn(now_ns)
 
     def _logic_begin(self, scan: LogicScan) -> None:
-        """Do a first scan."""
+        """Do a first scan: reset the parts, and begin the sequences that don't wait for `restart`."""
         self.__close_logic__()
         if scan.slot is not self._logic_slots:
             self.__attach_logic__(scan.slot)

@@ -73,6 +73,7 @@ def check_statements(cls: type) -> None:
 
 
 def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
+    """Raise a _MistakeError for the first mistake in the body of a function."""
     names_read, attributes_read = _names_read(body), _file(file).read
     for node in ast.walk(body):
         mistake = (
@@ -153,6 +154,7 @@ def _unread_wait(scope: _Scope, node: ast.AST, names: frozenset[str], attributes
 
 
 def _names_read(body: ast.AST) -> frozenset[str]:
+    """Return the names that a body reads; a statement that is only a name does not read it."""
     unused = {id(node.value) for node in ast.walk(body) if isinstance(node, ast.Expr)}
     names = set()
     for node in ast.walk(body):
@@ -164,6 +166,7 @@ def _names_read(body: ast.AST) -> frozenset[str]:
 
 
 def _targets(node: ast.AST) -> list[ast.expr]:
+    """Return the targets of an assignment; [] for another node."""
     if isinstance(node, ast.Assign):
         return node.targets
     return [node.target] if isinstance(node, ast.AugAssign | ast.AnnAssign | ast.NamedExpr) else []
@@ -197,12 +200,14 @@ def _body_of(function: FunctionType) -> ast.AST | None:
 
 
 def _file(name: str) -> _File:
+    """Return the functions and read attributes of a file, as it is now."""
     linecache.checkcache(name)
     return _parsed("".join(linecache.getlines(name)))
 
 
 @lru_cache(maxsize=4)
 def _parsed(source: str) -> _File:
+    """Return the functions in a source and the attributes that it reads; nothing for a SyntaxError."""
     try:
         tree = ast.parse(source)
     except SyntaxError:

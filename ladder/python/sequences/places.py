@@ -50,6 +50,7 @@ def find_word(text: str, image: str, rack: Rack) -> Address:
 
 
 def _find(text: str, image: str, rack: Rack, candidates: Iterator[tuple[str, Address]]) -> Address:
+    """Return the address that a text names: a bare name among the candidates, or a place in the image."""
     if _BARE_NAME.fullmatch(text):
         return _by_name(text, image, list(candidates))
     address = parse_address(text, rack)
@@ -60,18 +61,21 @@ def _find(text: str, image: str, rack: Rack, candidates: Iterator[tuple[str, Add
 
 
 def _bits(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
+    """Yield the name and the address of each named bit of an image."""
     for slot, words in rack.items():
         for names in words.groups.values():
             yield from ((name, Address(slot, *bit)) for name, bit in names.items() if bit.image == image)
 
 
 def _words(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
+    """Yield the name and the address of each word of an image."""
     for slot, words in rack.items():
         names = words.inputs if image == "I" else words.outputs
         yield from ((name, Address(slot, image, word, None)) for word, name in enumerate(names))
 
 
 def _by_name(text: str, image: str, candidates: list[tuple[str, Address]]) -> Address:
+    """Return the one address with a name, in any case; raise a ValueError if there are none or several."""
     matches = [address for name, address in candidates if name.upper() == text.upper()]
     if len(matches) == 1:
         return matches[0]

@@ -75,6 +75,7 @@ class Input(Signal, Level):
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
+        """Find the bit; a stepper's bit that is named by its meaning is guarded, see `_reader`."""
         self.at = address = self.find(slots)
         assert address.bit is not None, "find_bit refuses words"
         module = words_of(slots)[address.slot]
@@ -130,6 +131,8 @@ def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callab
 
 
 def _unattached(part: Part) -> Callable[[], bool]:
+    """Return a reader that raises a ValueError, for an input without a rack."""
+
     def refuse() -> bool:
         raise ValueError(f"{part.name or 'an input'} has no slot before the first scan")
 
@@ -191,6 +194,7 @@ class Output(Signal):
         return words[word] & mask != 0
 
     def __set__(self, logic: Any, on: bool | Level) -> None:
+        """Switch the bit by True, False, a number, or an object with a level, such as an input."""
         try:
             words, word, mask = logic._places[self.name]
         except KeyError:

@@ -185,6 +185,7 @@ def _source_text(code: CodeType) -> str:
 
 
 def _plain(code: CodeType) -> set[str]:
+    """Return the texts of a code's constants, without None and inner functions."""
     return {
         repr(constant)
         for constant in code.co_consts

@@ -79,7 +79,10 @@ def lower_diagram(content: ElementRecord, routine: str, names: DocumentNames) ->
 
 
 class _Lowering:
+    """Writes a diagram as structured text, one element after another in order of execution."""
+
     def __init__(self, content: ElementRecord, routine: str, names: DocumentNames) -> None:
+        """Read a diagram and find what it writes; each function's value gets a tag."""
         self._content, self._names = content, names
         self._diagram = Diagram(content)
         self._values = Values(self._diagram, routine, names)
@@ -110,6 +113,7 @@ class _Lowering:
             yield from self._values.arguments(node).values()
 
     def run(self) -> DiagramText:
+        """Return the structured text, and the drawing that refers to its lines by number."""
         self._latch_references()
         for node in self._input_references():
             self._write_references(node)
@@ -126,6 +130,7 @@ class _Lowering:
     # --- input references
 
     def _input_references(self) -> list[Node]:
+        """Return the input references in order of position."""
         references = (node for node in self._diagram.nodes.values() if node.tag == "IRef")
         return sorted(references, key=lambda node: node.position)
 
@@ -189,15 +194,17 @@ class _Lowering:
     # --- elements that run
 
     def _block(self, node: Node) -> None:
+        """Add the lines of a block after its inputs; an infinite or unknown result clears EnableOut."""
         self._values.operand(node)
         self._write_inputs(node)
         form = form_of(node)
         assert form is not None
-        tag = ",".join((node.operand, *_arrays(node, form)))
-        body = [
-            _PIN.sub(lambda match: f"{node.operand}.{match[1]}" if match[1] else tag, line)
-            for line in form.lines
-        ]
+        operands = ",".join((node.operand, *_arrays(node, form)))
+
+        def filled(place: re.Match[str]) -> str:
+            return f"{node.operand}.{place[1]}" if place[1] else operands
+
+        body = [_PIN.sub(filled, line) for line in form.lines]
         if form.output:
             result = form.structure.member(form.output)
             valid = "1"
@@ -207,6 +214,7 @@ class _Lowering:
         self._add_conditional(node, body)
 
     def _function(self, node: Node) -> None:
+        """Add the assignment of a function's value, with its wired inputs in place of the pins."""
         form = form_of(node)
         assert form is not None
         wired = {wire.name.upper(): wire.source for wire in self._diagram.inputs_of(node)}
@@ -214,7 +222,7 @@ class _Lowering:
         operator = _ANY.get(canonical(node.type))
         if operator:
             pins = (pin for pin in _PIN.findall(formula) if pin.upper() in wired)
-            formula = operator.join(map("{{{}}}".format, pins)) or formula
+            formula = operator.join(f"{{{pin}}}" for pin in pins) or formula
         for pin in _PIN.findall(formula):
             if pin.upper() not in wired:
                 raise node.refused(f"nothing is wired to its input {pin}")
@@ -222,6 +230,7 @@ class _Lowering:
         self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
 
     def _add_on(self, node: Node) -> None:
+        """Add the call of an add-on; an argument is that of an InOut, or else a member of its tag."""
         parameters = self._names.arguments(node.type)
         if parameters is None:
             raise node.refused(f"no add-on {node.type} in the file")
@@ -234,9 +243,9 @@ class _Lowering:
             arguments.get(parameter.name.upper(), f"{node.operand}.{parameter.name}")
             for parameter in parameters
         )
-        call = f"({','.join((node.operand, *operands))});"
-        off_call = f"{node.type}{OFF}{call}" if self._names.acts_when_off(node.type) else ""
-        self._add_conditional(node, [f"{node.type}{call}"], off_call)
+        operand_list = f"({','.join((node.operand, *operands))});"
+        off_call = f"{node.type}{OFF}{operand_list}" if self._names.acts_when_off(node.type) else ""
+        self._add_conditional(node, [f"{node.type}{operand_list}"], off_call)
 
     def _call(self, node: Node) -> None:
         """Add a JSR. Its pins are the tags that it passes and receives. A wire to a pin writes its tag."""
@@ -245,10 +254,12 @@ class _Lowering:
         self._add(node, f"JSR({','.join((node.type, str(len(inputs)), *inputs, *returns))});")
 
     def _begin(self, node: Node) -> None:
+        """Put an SBR with the parameters of the routine at the beginning, if there are any."""
         if _parameters(node):
             self._lines.insert(0, DiagramLine(f"SBR({','.join(_parameters(node))});", node))
 
     def _return(self, node: Node) -> None:
+        """Add a RET with the values that the routine returns."""
         self._write_inputs(node)
         self._add(node, f"RET({','.join(_parameters(node))});")
 

@@ -59,6 +59,7 @@ class _Sheet:
         self._index = {node.key: index for index, node in enumerate(nodes)}
 
     def sheet(self) -> DrawnSheet:
+        """Return the sheet with its elements, texts and wires."""
         comment = next(
             (child.text.strip() for child in self._record.children if child.tag == "Description"), ""
         )
@@ -71,13 +72,15 @@ class _Sheet:
         return DrawnSheet(self._number, comment, (*elements, *texts), tuple(wires))
 
     def _wire(self, record: ElementRecord) -> DrawnWire:
+        """Return a wire; its ends are indexes of elements of this sheet."""
         get = record.attributes.get
         keys = [(self._number, number_of(get(name, "")) or 0) for name in ("FromID", "ToID")]
         source, target = (self._diagram.nodes[key] for key in keys)
         output, pin = pin_of(record, "FromParam", source), pin_of(record, "ToParam", target)
         value = self._value(source, output)
         feedback = record.tag == "FeedbackWire"
-        return DrawnWire(self._index[source.key], output, self._index[target.key], pin, value, feedback)
+        source_index, target_index = self._index[source.key], self._index[target.key]
+        return DrawnWire(source_index, output, target_index, input=pin, value=value, feedback=feedback)
 
     def _value(self, node: Node, pin: str) -> str:
         """Return the address of a value on this sheet; for an input connector, the address of its source."""
@@ -87,6 +90,7 @@ class _Sheet:
         return "" if source is None else self._values.text(source)
 
     def _element(self, node: Node, wired: set[str]) -> DrawnElement:
+        """Return an element as it is drawn: with its pins if it runs, else with one label."""
         _, x, y, _ = node.position
         lines = tuple(self._shared.lines.get(node, ()))
         if node.tag not in RUN:
@@ -98,7 +102,9 @@ class _Sheet:
             return DrawnElement(kind, x, y, (label,), tag, places=lines)
         labels = tuple(filter(None, (node.type or node.tag, node.operand)))
         inputs, outputs = self._pins(node, wired)
-        return DrawnElement("block", x, y, labels, node.operand, inputs, outputs, lines)
+        return DrawnElement(
+            "block", x, y, labels, tag=node.operand, inputs=inputs, outputs=outputs, places=lines
+        )
 
     def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
         """Return the visible or wired pins on the left and on the right, in the order of the block type."""
@@ -131,6 +137,7 @@ def _words(node: Node, name: str) -> list[str]:
 
 
 def _text(record: ElementRecord) -> DrawnElement:
+    """Return a text box as it is drawn, without wires."""
     x, y = (int(number_of(record.attributes.get(name, "")) or 0) for name in "XY")
     text = record.text.strip() or next((child.text.strip() for child in record.children), "")
     return DrawnElement("text", x, y, tuple(text.splitlines()))

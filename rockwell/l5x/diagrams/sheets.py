@@ -128,6 +128,7 @@ class Diagram:
     """The elements of a routine, with their inputs."""
 
     def __init__(self, content: ElementRecord) -> None:
+        """Read the sheets; find the source of each wired input, and the references that read it."""
         self.nodes: dict[Key, Node] = {}
         self.sheets: dict[int, ElementRecord] = {}
         self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
@@ -144,6 +145,7 @@ class Diagram:
                 self._readers.setdefault(wire.source.node.key, []).append((reference, wire))
 
     def _read_sheets(self, content: ElementRecord) -> None:
+        """Read the elements of all sheets, then their wires; raise a DiagramError for a repeated number."""
         sheets = [child for child in content.children if child.tag == "Sheet"]
         if sum(1 + len(page.children) for page in sheets) > MOST_ELEMENTS:
             raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
@@ -157,6 +159,7 @@ class Diagram:
                 self._wire(number, child)
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
+        """Add an element, but not a wire or remark; raise a DiagramError if it is unknown or ambiguous."""
         if record.tag in (*_WIRES, *_REMARKS):
             return
         number = number_of(record.attributes.get("ID", ""))
@@ -172,6 +175,7 @@ class Diagram:
                 raise node.refused("another output connector has this name")
 
     def _wire(self, sheet: int, record: ElementRecord) -> None:
+        """Add a wire; raise a DiagramError for a missing end or pin, and for a second wire to an input."""
         source, target = (self._end(sheet, record.attributes.get(name, "")) for name in ("FromID", "ToID"))
         if source is None or target is None:
             text = f"sheet {sheet}: a wire leads to an element that does not exist"
@@ -186,6 +190,7 @@ class Diagram:
         wired_pins[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
 
     def _end(self, sheet: int, number: str) -> Node | None:
+        """Return the element with an ID on a sheet; None if there is none."""
         node_number = number_of(number)
         return None if node_number is None else self.nodes.get((sheet, node_number))
 

@@ -108,7 +108,7 @@ class Values:
         return REAL if isinstance(operand, Number) and isinstance(operand.value, float) else DINT
 
     def _function_type(self, node: Node) -> Elementary:
-        """Return the type of a function's value."""
+        """Return the type of a function's value: BOOL, or the type that its widest inputs require."""
         form = form_of(node)
         member = form.structure.member(form.output) if form else None
         assert member is not None
@@ -152,6 +152,7 @@ class Values:
         return self._arguments[node]
 
     def _read_arguments(self, node: Node) -> Mapping[str, str]:
+        """Return the arguments of InOuts; a wired input reference takes precedence over the element."""
         arguments = {
             child.attributes.get("Name", "").upper(): child.attributes.get("Argument", "")
             for child in node.record.children

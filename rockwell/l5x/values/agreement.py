@@ -38,12 +38,17 @@ def first_difference(kind: DataType, dims: tuple[int, ...], complete: Any, parti
 
 
 def _is_same(kind: DataType, first: Any, second: Any) -> bool:
+    """Return whether two values are equal; NaN equals NaN, and an LREAL may be rounded as in text."""
     if first == second or (first != first and second != second):  # NaN
         return True
     return isinstance(kind, Elementary) and kind.is_double and math.isclose(first, second, rel_tol=_PRECISION)
 
 
 def _in_array(kind: DataType, dims: tuple[int, ...], complete: Any, partial: Any) -> Path | None:
+    """Return the path to the first element that differs, see `first_difference`.
+
+    `dims` are the dimensions of an element, which is an array itself if the array has several dimensions.
+    """
     for index, element in enumerate(partial):
         path = first_difference(kind, dims, None if complete is None else complete[index], element)
         if path is not None:
@@ -52,6 +57,10 @@ def _in_array(kind: DataType, dims: tuple[int, ...], complete: Any, partial: Any
 
 
 def _in_structure(kind: Structure, complete: Mapping[str, Any], partial: Mapping[str, Any]) -> Path | None:
+    """Return the path to the first member that differs, see `first_difference`.
+
+    A member that is a bit of an integer is compared with the bit of that integer.
+    """
     if complete == partial:
         return None
     bits = _bits(kind)
@@ -72,7 +81,7 @@ def _in_structure(kind: Structure, complete: Mapping[str, Any], partial: Mapping
 
 
 def value_at(kind: DataType, value: Any, path: Path) -> Any:
-    """Return the value at a path."""
+    """Return the value at a path in a value of a type; an omitted value is zero, "" or {}."""
     for step in path:
         if step[0] == "[":
             value = None if value is None else value[int(step[1:-1])]
@@ -94,6 +103,7 @@ class _Bit(NamedTuple):
 
 
 def _is_set(members: Mapping[str, Any], bit: _Bit) -> bool:
+    """Return whether a bit of an integer is set; an omitted integer is zero."""
     return bool(int(members.get(bit.host) or 0) >> bit.number & 1)
 
 
@@ -110,6 +120,7 @@ def _bits(kind: Structure) -> Mapping[str, _Bit]:
 
 
 def _zero(kind: DataType) -> Any:
+    """Return zero for an elementary type, "" for a string and {} for a structure."""
     if isinstance(kind, Elementary):
         return kind.zero
     return "" if kind.is_string else {}

@@ -83,6 +83,7 @@ class Types:
         self._depth = 0  # of decorated values
         self.apart: dict[str, list[str]] = {}  # integers with unknown bits, by module-defined type
         self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
+        # finds an add-on's structure by its name in capitals; set by the add-ons of the document
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
 
     def find(self, name: str) -> DataType:
@@ -116,6 +117,7 @@ class Types:
         return kind
 
     def _look_up(self, key: str, name: str) -> DataType:
+        """Return a type that is not yet defined, from the first source that has it; see `find`."""
         record = self._records.get(key)
         if record is not None:
             return self._structure(record)
@@ -127,6 +129,7 @@ class Types:
         return kind
 
     def _structure(self, record: DataTypeRecord) -> Structure:
+        """Return the structure of a data type; raise a LadderError if a member or the size is invalid."""
         structure = Structure(record.name, tuple(self._member(record, member) for member in record.members))
         for member in structure.members:
             _refuse_host(structure, member)
@@ -186,6 +189,10 @@ class Types:
         self._bytes_left -= needed
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
+        """Return a member of a data type; a BIT is a bit of its target.
+
+        Raise a LadderError if it is invalid.
+        """
         place = f"{member.name} of data type {record.name}"
         if not NAME.fullmatch(member.name):
             raise LadderError(f"{place}: this is not a name")
@@ -240,6 +247,7 @@ class Types:
         return structure
 
     def _shown_member(self, element: Any) -> Member | None:
+        """Return the member that a decorated element shows; None if it can't be inferred."""
         name = element.get("Name")
         if not name or not isinstance(element.tag, str) or not NAME.fullmatch(name):
             return None
@@ -249,6 +257,7 @@ class Types:
         return Member(name, kind) if kind is not None else None
 
     def _shown_array(self, element: Any, name: str) -> Member | None:
+        """Return the array member that an element shows; None without a type or valid, allowed lengths."""
         first = element.find("Element/Structure")
         kind = self.show(first if first is not None else element)
         lengths = tuple(filter(None, map(number_of, element.get("Dimensions", "").split(","))))

@@ -187,6 +187,7 @@ class _ForceMask:
             yield _Place("", kind, begin, 0 if kind is BOOL else None)
 
     def _elements(self, kind: DataType, dims: tuple[int, ...], begin: int) -> Iterator[_Place]:
+        """Yield the places of the values in an array, by element; BOOLs are packed, eight in a byte."""
         size = self._layouts.size(kind)
         for number in range(count_of(dims)):
             index = element_text("", dims, number)
@@ -198,6 +199,7 @@ class _ForceMask:
                     yield place._replace(path=index + place.path)
 
     def _members(self, kind: Structure, begin: int) -> Iterator[_Place]:
+        """Yield the places of the values in a structure; bits of a hidden integer have names of members."""
         bits = {bit_member.at.upper(): bit_member.name for bit_member in kind.members if bit_member.at}
         for member, offset, bit in self._layouts.places(kind):
             if bit is not None:

@@ -196,6 +196,7 @@ def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known:
 
 
 def _value(data: DecoratedValue, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
+    """Return a decorated value as in `Tag.initial`; None for zeros that may be omitted."""
     if dims:
         return _array(data, kind, dims, reading)
     if isinstance(kind, Elementary):

@@ -49,7 +49,11 @@ def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], reading: ValueRea
 
 
 def _l5k_tree(text: str) -> Any:
-    """Return the texts of values in lists that are nested like the brackets."""
+    """Return the text of a single value, or lists of texts that are nested like the brackets.
+
+    Raises:
+        ValueTextError: the text is not one value.
+    """
     outer: list[Any] = []
     open_lists = [outer]
     position = 0
@@ -78,6 +82,7 @@ def _l5k_tree(text: str) -> Any:
 
 
 def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
+    """Return the value in a tree of texts, see `from_l5k`."""
     if dims:
         return _l5k_array(tree, kind, dims, reading)
     if isinstance(kind, Elementary):
@@ -88,8 +93,9 @@ def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueR
 
 
 def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
+    """Return the elements in nested lists; missing ones at the end are zero. None if all are zero."""
     flat: list[Any] = [tree]
-    for _ in dims:
+    for _ in dims:  # each dimension has its own level of brackets
         flat = list(chain.from_iterable(branch for branch in flat if isinstance(branch, list)))
     if len(flat) > count_of(dims):
         raise ValueTextError(f"{len(flat)} values for an array of {count_of(dims)}")
@@ -100,6 +106,7 @@ def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueR
 
 
 def _l5k_string(tree: Any, kind: Structure, reading: ValueReading) -> str | None:
+    """Return the first LEN characters of a string, `[LEN,'text']`; None for an empty one."""
     if not isinstance(tree, list) or [type(member) for member in tree] != [str, str]:
         raise _other_version(kind)
     length_text, text = tree

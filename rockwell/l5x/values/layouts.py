@@ -122,6 +122,7 @@ class Layouts:
 
     @per_type
     def _memory(self, kind: Structure) -> _Memory:
+        """Return the memory of a structure; each part begins at a multiple of its alignment."""
         if kind in _WITH_STATUS or kind.is_string or not self.is_complete(kind):
             return _Memory(members_at(kind), size_of(kind), WORD_BYTES)
         places: list[Place] = []
@@ -139,6 +140,7 @@ class Layouts:
         return _Memory(tuple(places), -(-size // widest) * widest, widest)
 
     def _alignment(self, kind: DataType) -> int:
+        """Return the number of bytes at whose multiples a value of a type begins."""
         if isinstance(kind, Structure):
             return self._memory(kind).alignment
         return WORD_BYTES if kind is BOOL else size_of(kind)

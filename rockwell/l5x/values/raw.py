@@ -48,6 +48,7 @@ class RawReader:
         return self._value(0, kind, dims) if self._keep_zeros or any(self._data) else None
 
     def _value(self, offset: int, kind: DataType, dims: tuple[int, ...]) -> Any:
+        """Return the value at a byte, as in `Tag.initial`; None for zeros that are not kept."""
         if not dims:
             return self._element(offset, kind)
         count = count_of(dims)
@@ -62,6 +63,7 @@ class RawReader:
         return nested(values, kind, dims) if self._keep_zeros or any(values) else None
 
     def _element(self, offset: int, kind: DataType) -> Any:
+        """Return a value without dimensions at a byte; None for zeros that are not kept."""
         if isinstance(kind, Structure):
             return self._text(offset, kind) if kind.is_string else self._members(offset, kind)
         if kind is BOOL:

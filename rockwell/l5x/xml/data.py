@@ -100,6 +100,10 @@ class Data:
     Attributes:
         form: `Decorated`, `L5K`, `String`, …; "" for bytes.
         value: the text of a single value; None for an array, a structure or another form.
+
+    Args:
+        cut: the texts that `cut_out` has cut out of the document.
+        parse: parses such a text, which begins at a line of the file.
     """
 
     __slots__ = ("_element", "_parse", "_text", "form", "value")

@@ -80,6 +80,7 @@ def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
 
 
 def _controller(root: Any, file: str) -> Any:
+    """Return the element of the controller; raise an L5xError if there is none."""
     controller = root.find("Controller")
     if controller is None:
         raise L5xError(file, root.sourceline, "it has no Controller")
@@ -99,6 +100,7 @@ class _L5xReader:
         return parsed(text, self._file, line)
 
     def document(self, root: Any) -> L5xDocument:
+        """Return the record of the document; raise an L5xError if it has no controller."""
         controller = _controller(root, self._file)
         get = controller.get
         target = root.get("TargetType") or "Controller"
@@ -113,43 +115,44 @@ class _L5xReader:
             if definition.get("Use") != "Reference" and is_add_on(definition)
         ]
         return L5xDocument(
-            self._file,
-            root.get("SoftwareRevision", ""),
-            target,
-            get("Name") or root.get("TargetName") or "controller",
-            tuple(map(self._data_type, defined(controller, "DataTypes", "DataType"))),
-            tuple(add_ons),
-            tuple(map(self._tag, defined(controller, "Tags", "Tag"))),
-            tuple(map(self._program, children(controller, "Programs", "Program"))),
-            tuple(map(self._task, defined(controller, "Tasks", "Task"))),
-            tuple(map(self._module, children(controller, "Modules", "Module"))),
-            tuple(unread(root)),
-            (get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
+            file=self._file,
+            revision=root.get("SoftwareRevision", ""),
+            target=target,
+            name=get("Name") or root.get("TargetName") or "controller",
+            data_types=tuple(map(self._data_type, defined(controller, "DataTypes", "DataType"))),
+            add_ons=tuple(add_ons),
+            tags=tuple(map(self._tag, defined(controller, "Tags", "Tag"))),
+            programs=tuple(map(self._program, children(controller, "Programs", "Program"))),
+            tasks=tuple(map(self._task, defined(controller, "Tasks", "Task"))),
+            modules=tuple(map(self._module, children(controller, "Modules", "Module"))),
+            others=tuple(unread(root)),
+            charts=(get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
         )
 
     # --- types and tags
 
     def _data_type(self, element: Any) -> DataTypeRecord:
         return DataTypeRecord(
-            element.get("Name", ""),
-            tuple(map(self._member, children(element, "Members", "Member"))),
-            element.sourceline,
+            name=element.get("Name", ""),
+            members=tuple(map(self._member, children(element, "Members", "Member"))),
+            line=element.sourceline,
         )
 
     def _member(self, element: Any) -> MemberRecord:
         get = element.get
         dims = get("Dimension", get("Dimensions", "")).strip()
         return MemberRecord(
-            get("Name", ""),
-            get("DataType", ""),
-            dims_in(dims),
-            is_true(get("Hidden", "")),
-            get("Target", ""),
-            whole_in(get("BitNumber", "")),
-            wrong_dims(dims),
+            name=get("Name", ""),
+            type=get("DataType", ""),
+            dims=dims_in(dims),
+            hidden=is_true(get("Hidden", "")),
+            target=get("Target", ""),
+            bit=whole_in(get("BitNumber", "")),
+            wrong_dims=wrong_dims(dims),
         )
 
     def _tag(self, element: Any) -> TagRecord:
+        """Return the record of a tag, or of a parameter or local tag of an add-on instruction."""
         get = element.get
         data: list[Data] = []
         forced: list[Data] = []
@@ -166,56 +169,62 @@ class _L5xReader:
             elif child.tag == "ConsumeInfo":
                 remote, rpi = child.get("RemoteTag", ""), child.get("RPI", "")
         return TagRecord(
-            get("Name", ""),
-            get("TagType", "Base"),
-            get("DataType", ""),
-            dims_in(dims),
-            get("AliasFor", ""),
-            get("Usage", ""),
-            is_true(get("Required", "")),
-            comment,
-            data,
-            element.sourceline,
-            wrong_dims(dims),
-            remote,
-            rpi,
-            forced + [block for block in data if block.shows_forces],
-            get("ExternalAccess", ""),
+            name=get("Name", ""),
+            kind=get("TagType", "Base"),
+            type=get("DataType", ""),
+            dims=dims_in(dims),
+            target=get("AliasFor", ""),
+            usage=get("Usage", ""),
+            required=is_true(get("Required", "")),
+            comment=comment,
+            data=data,
+            line=element.sourceline,
+            wrong_dims=wrong_dims(dims),
+            remote=remote,
+            rpi=rpi,
+            forced=forced + [block for block in data if block.shows_forces],
+            access=get("ExternalAccess", ""),
         )
 
     # --- logic
 
     def _add_on(self, element: Any) -> AddOnRecord:
-        encoded = element.tag == "EncodedData"
+        """Return the record of an add-on instruction; an encoded one has no local tags or routines."""
         return AddOnRecord(
-            element.get("Name", ""),
-            tuple(map(self._tag, children(element, "Parameters", "Parameter"))),
-            tuple(map(self._tag, children(element, "LocalTags", "LocalTag"))),
-            tuple(map(self._routine, children(element, "Routines", "Routine"))),
-            text_of(element.find("Description")),
-            encoded or element.find("Routines//EncodedData") is not None,
-            frozenset(
+            name=element.get("Name", ""),
+            parameters=tuple(map(self._tag, children(element, "Parameters", "Parameter"))),
+            locals=tuple(map(self._tag, children(element, "LocalTags", "LocalTag"))),
+            routines=tuple(map(self._routine, children(element, "Routines", "Routine"))),
+            comment=text_of(element.find("Description")),
+            encoded=element.tag == "EncodedData" or element.find("Routines//EncodedData") is not None,
+            switched_off=frozenset(
                 routine for routine in ROUTINES if element.get(f"Execute{routine}", "").lower() == "false"
             ),
-            element.sourceline,
+            line=element.sourceline,
         )
 
     def _program(self, element: Any) -> ProgramRecord:
+        """Return the record of a program or an equipment phase."""
         get = element.get
         tested = is_true(get("TestEdits", ""))
         return ProgramRecord(
-            get("Name", ""),
-            get("MainRoutineName") or get("PreStateRoutineName", ""),
-            get("FaultRoutineName", ""),
-            is_true(get("Disabled", "")),
-            get("Type") == "EquipmentPhase",
-            tuple(map(self._tag, defined(element, "Tags", "Tag"))),
-            tuple(self._routine(routine, tested=tested) for routine in defined_routines(element)),
-            tuple(map(_encoded, element.iterfind("Routines//EncodedData"))),
-            element.sourceline,
+            name=get("Name", ""),
+            main=get("MainRoutineName") or get("PreStateRoutineName", ""),
+            fault=get("FaultRoutineName", ""),
+            disabled=is_true(get("Disabled", "")),
+            is_phase=get("Type") == "EquipmentPhase",
+            tags=tuple(map(self._tag, defined(element, "Tags", "Tag"))),
+            routines=tuple(self._routine(routine, tested=tested) for routine in defined_routines(element)),
+            encoded=tuple(map(_encoded, element.iterfind("Routines//EncodedData"))),
+            line=element.sourceline,
         )
 
     def _routine(self, element: Any, *, tested: bool = False) -> RoutineRecord:
+        """Return the record of a routine, with the version under edit that runs.
+
+        Args:
+            tested: whether its program executes (tests) accepted edits.
+        """
         rungs = tuple(map(self._rung, children(element, "RLLContent", "Rung"), count()))
         contents = list(element.iterchildren("STContent"))
         types = _edit_types(contents)
@@ -225,87 +234,91 @@ class _L5xReader:
         chart = charts[chosen_text(_edit_types(charts), tested=tested)] if charts else None
         lines = _text_lines(chart.iter("Line")) if chart is not None else _statement_lines(content)
         kind_by_content = next((_KINDS[child.tag] for child in element if child.tag in _KINDS), "RLL")
+        texts = ((kind, int(body.sourceline)) for kind, body in zip(types, contents, strict=True) if kind)
         return RoutineRecord(
-            element.get("Name", ""),
-            element.get("Type") or kind_by_content,
-            text_of(element.find("Description")),
-            rungs,
-            tuple(lines),
-            element.sourceline,
-            tested,
-            tuple((kind, int(body.sourceline)) for kind, body in zip(types, contents, strict=True) if kind),
-            chosen,
-            None if chart is None else _element_record(chart),
+            name=element.get("Name", ""),
+            kind=element.get("Type") or kind_by_content,
+            comment=text_of(element.find("Description")),
+            rungs=rungs,
+            lines=tuple(lines),
+            line=element.sourceline,
+            tests_edits=tested,
+            texts=tuple(texts),
+            chosen=chosen,
+            chart=None if chart is None else _element_record(chart),
         )
 
     def _rung(self, element: Any, index: int) -> L5xRungRecord:
+        """Return the record of a rung; `index` is its number if it has none."""
         texts = element.findall("Text")
         text = texts[0] if texts else None
         number = number_of(element.get("Number", ""))
         return L5xRungRecord(
-            index if number is None else number,
-            element.get("Type", "N"),
-            text_of(text),
-            text_of(element.find("Comment")),
-            element.sourceline if text is None else line_of_text(text),
-            len(texts),
+            number=index if number is None else number,
+            kind=element.get("Type", "N"),
+            text=text_of(text),
+            comment=text_of(element.find("Comment")),
+            line=element.sourceline if text is None else line_of_text(text),
+            texts=len(texts),
         )
 
     def _task(self, element: Any) -> TaskRecord:
         get = element.get
+        programs = children(element, "ScheduledPrograms", "ScheduledProgram")
         return TaskRecord(
-            get("Name", ""),
-            get("Type", "CONTINUOUS").upper(),
-            get("Rate", ""),
-            get("Priority", ""),
-            tuple(
-                child.get("Name", "") for child in children(element, "ScheduledPrograms", "ScheduledProgram")
-            ),
-            is_true(get("InhibitTask", "")),
-            text_of(element.find("Description")),
-            element.sourceline,
+            name=get("Name", ""),
+            kind=get("Type", "CONTINUOUS").upper(),
+            rate=get("Rate", ""),
+            priority=get("Priority", ""),
+            programs=tuple(program.get("Name", "") for program in programs),
+            inhibited=is_true(get("InhibitTask", "")),
+            comment=text_of(element.find("Description")),
+            line=element.sourceline,
         )
 
     # --- modules
 
     def _module(self, element: Any) -> ModuleRecord:
+        """Return the record of a module; its upstream port leads to its parent."""
         get = element.get
         ports = list(children(element, "Ports", "Port"))
         upstream = next((port for port in ports if is_true(port.get("Upstream", ""))), None)
         rates = [whole_in(connection.get("RPI", "")) for connection in element.iter("Connection")]
         return ModuleRecord(
-            get("Name", ""),
-            get("CatalogNumber", ""),
-            get("ParentModule", ""),
-            "" if upstream is None else upstream.get("Address", ""),
-            "" if upstream is None else upstream.get("Type", ""),
-            min(filter(None, rates), default=0),
-            tuple(self._module_tags(element)),
-            element.sourceline,
+            name=get("Name", ""),
+            catalog=get("CatalogNumber", ""),
+            parent=get("ParentModule", ""),
+            address="" if upstream is None else upstream.get("Address", ""),
+            bus="" if upstream is None else upstream.get("Type", ""),
+            rpi_us=min(filter(None, rates), default=0),
+            tags=tuple(self._module_tags(element)),
+            line=element.sourceline,
         )
 
     def _module_tags(self, element: Any) -> Iterator[ModuleTagRecord]:
+        """Yield the tags of a module: its configuration, and the inputs and outputs of its connections."""
         for communications in element.iterchildren("Communications"):
             for tag in communications.iterchildren("ConfigTag"):
                 yield self._module_tag(tag, "C", tag.get("ConfigSize", ""))
             for connection in communications.iter("Connection", "RackConnection"):
                 for tag in connection.iterchildren("InputTag", "OutputTag", "InAliasTag", "OutAliasTag"):
                     direction = "I" if tag.tag in ("InputTag", "InAliasTag") else "O"
-                    name = "InputTagSuffix" if direction == "I" else "OutputTagSuffix"
+                    suffix_key = "InputTagSuffix" if direction == "I" else "OutputTagSuffix"
                     size_key = "InputSize" if direction == "I" else "OutputSize"
                     size = connection.get(size_key) or communications.get(f"PrimCxn{size_key}", "")
-                    yield self._module_tag(tag, connection.get(name) or direction, size)
+                    yield self._module_tag(tag, connection.get(suffix_key) or direction, size)
 
     def _module_tag(self, element: Any, suffix: str, size: str) -> ModuleTagRecord:
+        """Return the record of a module's tag; `size` is the text of its connection's size."""
         data = list(map(self._data, element.iterchildren("Data")))
         forced = list(map(self._data, element.iterchildren("ForceData")))
         return ModuleTagRecord(
-            suffix,
-            element.tag,
-            data,
-            whole_in(size),
-            element.sourceline,
-            forced + [block for block in data if block.shows_forces],
+            suffix=suffix,
+            kind=element.tag,
+            data=data,
+            size=whole_in(size),
+            line=element.sourceline,
+            forced=forced + [block for block in data if block.shows_forces],
         )
 
 
@@ -314,6 +327,7 @@ DEEPEST = 8
 
 
 def _edit_types(contents: Iterable[Any]) -> list[str]:
+    """Return the edit's type for each version of a routine's content; "" for one not under edit."""
     return [content.get("OnlineEditType", "") for content in contents]
 
 
@@ -331,6 +345,7 @@ def _statement_lines(content: Any) -> list[tuple[str, int]]:
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:
+    """Return the record of an element and of the elements in it, up to `DEEPEST` levels."""
     elements = element.iterchildren("*") if depth < DEEPEST else ()
     text = text_of(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
     inner = tuple(_element_record(child, depth + 1) for child in elements)

@@ -139,6 +139,7 @@ def decoded(data: bytes, file: str) -> FileText:
 
 
 def _refuse_doctype(data: bytes, file: str) -> None:
+    """Raise an L5xError for a DOCTYPE, which can only follow the prolog."""
     position = 0
     while match := _PROLOG.match(data, position):
         position = match.end()

@@ -211,6 +211,7 @@ class L5xDocument:
             owner.forced.clear()
 
     def _with_data(self) -> Iterator[TagRecord | ModuleTagRecord]:
+        """Yield the records that refer to XML of values: tags, parameters, and tags of modules."""
         yield from self.tags
         for program in self.programs:
             yield from program.tags

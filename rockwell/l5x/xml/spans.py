@@ -204,6 +204,7 @@ class _Finder:
         return roots[0]
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Add the span of an element to its parent's; skip elements that `_FOLLOWED` does not list."""
         parent = self._open_spans[-1]
         followed = _FOLLOWED.get(parent.tag, ())
         if self._skipped_depth or not (tag in followed or followed is _ALL):
@@ -220,6 +221,7 @@ class _Finder:
         self._open_spans.append(span)
 
     def _end(self, _tag: str) -> None:
+        """Set the end of an element's span; the span of an empty element, `<A/>`, already has its end."""
         if self._skipped_depth:
             self._skipped_depth -= 1
             return

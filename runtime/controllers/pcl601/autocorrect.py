@@ -31,6 +31,7 @@ class Autocorrect:
         self.retries_left = registers[Register.ENCODER_RETRIES]
         self._ratio = registers[Register.ENCODER_RATIO]
         self._window = registers[Register.ENCODER_WINDOW]
+        # the reading of the encoder after a move without lost steps
         self._expected = registers[Register.ENCODER_POSITION] + distance * self._ratio
 
     def missing(self, encoder: int) -> int | None:

@@ -64,7 +64,7 @@ class Pcl601Controller:
         self._sent = bytearray()  # output of the stored program
         self._now_ns = 0
         self._due_ns: int | None = None  # the next event
-        self._codes = self._code_table()
+        self._code_actions = self._code_table()
 
     # power and time
 
@@ -119,6 +119,7 @@ class Pcl601Controller:
         return True
 
     def _next_event_ns(self) -> int | None:
+        """Return the instant of the next event on the axis or in the stored program, or None."""
         instants = (self.axis.next_event_ns(), self.runner.next_wake_ns if self.runner is not None else None)
         return min((instant for instant in instants if instant is not None), default=None)
 
@@ -226,11 +227,11 @@ class Pcl601Controller:
         """Carry out a command code, 1 to 15, and return whether it was accepted; 0 does nothing."""
         if code == 0:
             return True
-        if code not in self._codes:
+        if code not in self._code_actions:
             return self.refuse(Error.COMMAND)
         if code in NEEDS_IDLE and self.busy:
             return self.refuse(Error.BUSY)
-        return self._codes[Code(code)]()
+        return self._code_actions[Code(code)]()
 
     def command(self, code: int) -> bool:
         """Carry out a command code from the stored program; a hard stop does not end the program."""
@@ -254,11 +255,15 @@ class Pcl601Controller:
         self.autorun = enabled
 
     def _code_table(self) -> dict[Code, Callable[[], bool]]:
+        """Return the actions of the command codes; an action returns whether it was accepted.
+
+        Inputs are read when the action is called.
+        """
         return {
             Code.GO: self._go,
             Code.HOME_TYPE_0: lambda: self._home(AxisActivity.HOME_0),
             Code.HOME_TYPE_1: lambda: self._home(AxisActivity.HOME_1),
-            Code.GO_SLEW: lambda: self._begin_endless(lambda: self.axis.slew(self._now_ns)),
+            Code.GO_SLEW: self._slew,
             Code.STOP_MOTION: _never_refused(self.stop_everything),
             Code.STOP_SOFT: _never_refused(lambda: self.axis.stop_soft(self._now_ns)),
             Code.MAX_SPEED_FROM_ANALOG: lambda: self._write_input(
@@ -326,8 +331,14 @@ class Pcl601Controller:
     def _home(self, activity: AxisActivity) -> bool:
         return self._begin_endless(lambda: self.axis.home(self._now_ns, activity))
 
+    def _slew(self) -> bool:
+        return self._begin_endless(lambda: self.axis.slew(self._now_ns))
+
     def aim_at(self, position: int) -> bool:
-        """Set the absolute position, the steps and the direction, as ASCII command P does."""
+        """Set the absolute position, the steps and the direction, as ASCII command P does.
+
+        During a motion, set only the absolute position. Return whether the position was accepted.
+        """
         if not self.write(Register.ABS_TARGET, position, Error.RANGE_OVERFLOW):
             return False
         distance = position - self.values[Register.POSITION]
@@ -348,12 +359,12 @@ class Pcl601Controller:
         return self.inputs.raw()
 
     def move_thumbwheel(self) -> bool:
-        """Read the thumbwheel, and index by that number of steps."""
+        """Read the thumbwheel, and index by that number of steps; return whether both were accepted."""
         steps = self.inputs.thumbwheel()
         return steps is not None and self.move(steps)
 
     def move_to_analog(self) -> bool:
-        """Read the voltage on input 1, and index to the position that it selects."""
+        """Read the voltage on input 1, and index to its position; return whether both were accepted."""
         position = self.inputs.analog_position()
         return position is not None and self.move_to(position)
 
@@ -364,6 +375,7 @@ class Pcl601Controller:
     # program
 
     def _start_program(self) -> bool:
+        """Start the stored program; refuse if the memory is empty."""
         if self.runner is None:
             return self.refuse(Error.MEMORY_COMMAND)
         self.runner.start(self._now_ns)

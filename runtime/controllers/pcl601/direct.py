@@ -44,6 +44,7 @@ class Direct:
     def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
         self._line: bytearray | None = None  # the characters since @, None outside a line
+        # an action returns the reply; None for no reply
         self._actions: dict[Action, Callable[[Command, str], str | None]] = {
             Action.SET: self._set,
             Action.DO: self._do,
@@ -97,6 +98,7 @@ class Direct:
         return b"" if reply is None else (reply + END_OF_REPLY).encode("ascii")
 
     def _carry_out(self, name: str | None, parameters: str) -> str | None:
+        """Carry out a command; return its reply, or None after a refusal or a command without a reply."""
         command = BY_NAME.get(name or "")
         if command is None:
             return self._refuse(Error.COMMAND)
@@ -141,6 +143,7 @@ class Direct:
         return None
 
     def _do(self, command: Command, parameters: str) -> str | None:
+        """Carry out the command's code, without parameters."""
         if parameters:
             return self._refuse(Error.RANGE)
         if command.code is not None:
@@ -148,18 +151,21 @@ class Direct:
         return None
 
     def _home(self, _: Command, parameters: str) -> str | None:
+        """Begin to home, as type 0 or 1."""
         flag = self._flag(parameters)
         if flag is not None:
             self._controller.do(Code.HOME_TYPE_1 if flag else Code.HOME_TYPE_0)
         return None
 
     def _direction(self, command: Command, parameters: str) -> str | None:
+        """Set the direction; + is up, - is down."""
         if parameters:
             return self._refuse(Error.RANGE)
         self._controller.write(Register.DIRECTION, int(command.name == "+"))
         return None
 
     def _analog(self, command: Command, parameters: str) -> str | None:
+        """Enable (1) or disable (0) the analog function of the command."""
         flag = self._flag(parameters)
         if flag is not None and command.action is Action.ANALOG_SPEED:
             self._controller.values.set_analog(speed=bool(flag))
@@ -174,11 +180,12 @@ class Direct:
         return FLAGS.get(parameters)
 
     def _outputs(self, _: Command, parameters: str) -> str | None:
+        """Set one output, `3=1`, or all outputs, `R5`."""
         if parameters in ("", "R"):
             return self._refuse(Error.ZERO_PARAMETERS)
         if output := re.fullmatch(f"([1-{OUTPUT_COUNT}])=([01])", parameters):
             mask = 1 << int(output[1]) - 1
-            self._controller.set_outputs(mask * int(output[2]), mask)
+            self._controller.set_outputs(mask if output[2] == "1" else 0, mask)
         elif (match := re.fullmatch("R([0-9]+)", parameters)) and int(match[1]) < 1 << OUTPUT_COUNT:
             self._controller.set_outputs(int(match[1]))
         else:
@@ -186,6 +193,7 @@ class Direct:
         return None
 
     def _set_address(self, _: Command, parameters: str) -> str | None:
+        """Set the address on the line, 0 to 99."""
         if not parameters:
             return self._refuse(Error.ZERO_PARAMETERS)
         if not re.fullmatch("[0-9]+", parameters) or int(parameters) not in ADDRESSES:
@@ -196,6 +204,7 @@ class Direct:
     # commands that answer
 
     def _inputs(self, _: Command, parameters: str) -> str | None:
+        """Return the level of one input; for R, return a mask of the inputs at low level."""
         raw = self._controller.inputs.raw()
         if parameters == "R":
             return str(~raw & (1 << len(GENERAL_INPUTS)) - 1)
@@ -204,6 +213,7 @@ class Direct:
         return self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
 
     def _verify(self, _: Command, parameters: str) -> str | None:
+        """Return the value of a register, of the limits, of the outputs or of an analog function."""
         controller = self._controller
         if parameters in VERIFY:
             return str(controller.register(VERIFY[parameters]))

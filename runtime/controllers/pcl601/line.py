@@ -73,6 +73,7 @@ class Pcl601:
 
     @property
     def _present_format(self) -> LineFormat:
+        """The format of the present protocol."""
         is_ascii = self.controller.protocol is Protocol.ASCII  # faster than a look-up in `FORMATS`
         return pcl601_ascii.LINE_FORMAT if is_ascii else pcl601_frames.LINE_FORMAT
 
@@ -171,6 +172,7 @@ class Pcl601:
             self._direct.clear()
 
     def _receive_ascii(self, now_ns: int, data: bytes) -> None:
+        """Pass characters to the ASCII mode; one of its commands may switch back to Modbus."""
         for character in data:
             self._output += self._direct.receive(character)
             self.controller.settle(now_ns)

@@ -91,6 +91,7 @@ class Modbus:
     # writing
 
     def _write_outputs(self, request: ModbusPDU) -> ModbusPDU:
+        """Set the outputs; bit 0 of the request is the output at its address."""
         first, bits = request.address, request.bits
         if first + len(bits) > OUTPUT_COUNT:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
@@ -122,6 +123,10 @@ class Modbus:
         return reply_to_write(request)
 
     def _check_value(self, row: Row, value: int) -> None:
+        """Refuse to write a locked register during a motion, or a value out of its range.
+
+        A value of two words is not checked, since a request may write only one of them.
+        """
         if row.locked and self._controller.busy:
             self._refuse(DEVICE_BUSY, Error.BUSY)
         if row.words == 1 and not row.allows(value):
@@ -138,10 +143,12 @@ class Modbus:
         return row.allows(with_word(row, with_low_word, 1, values[index + 1]))
 
     def _refuse_while_program_runs(self) -> None:
+        """Refuse a write with the mode error while the stored program runs."""
         if self._controller.program_running:
             self._refuse(DEVICE_BUSY, Error.MODE)
 
     def _refuse(self, code: int, error: Error) -> None:
+        """Set an error bit, and raise the exception with a code."""
         self._controller.report(error)
         raise ModbusRefusedError(code)
 

@@ -135,6 +135,7 @@ class SimulatedPcl601Axis:
                 self._steps_made = steps
 
     def _turn(self, steps: int) -> None:
+        """Turn the motor by clock pulses; update the position and encoder registers."""
         self._values[Register.ENCODER_POSITION] += self._motor.turn(self.direction, steps)
         if self.activity is not AxisActivity.CORRECTION:  # the register keeps the commanded position
             self._values[Register.POSITION] += self.direction * steps
@@ -186,6 +187,7 @@ class SimulatedPcl601Axis:
         return self._react_to_inputs(now_ns)
 
     def _is_over(self, now_ns: int) -> bool:
+        """Return whether the motion has made its last step, or has reached the step at which it is cut."""
         if self._halt_steps is not None:
             return self._steps_made >= self._halt_steps
         end_ns = self._motion.end_ns if self._motion is not None else now_ns
@@ -194,6 +196,7 @@ class SimulatedPcl601Axis:
     # events during a motion
 
     def _react_to_inputs(self, now_ns: int) -> bool:
+        """React to home, the mark, a soft limit or a jog input; return whether there was a reaction."""
         activity = self.activity
         if activity is AxisActivity.JOG:
             return self._continue_jog(now_ns)
@@ -208,6 +211,11 @@ class SimulatedPcl601Axis:
         return False
 
     def _react_to_home(self, now_ns: int) -> bool:
+        """React to the home limit; return whether this ended or slowed the motion.
+
+        `HOME_1_BACK` ends where the limit opens after it has been closed, since the motor may have overshot
+        it.
+        """
         at_home = self._pins.grounded("home", self._motor.position)
         if self.activity is AxisActivity.HOME_0 and at_home:
             self._end()
@@ -223,6 +231,7 @@ class SimulatedPcl601Axis:
         return False
 
     def _mark_is_active(self) -> bool:
+        """Return whether input 2 is active in a slew with registration, after its first step."""
         grounded = self._pins.grounded("in2", self._motor.position)
         return grounded and self._registration > 0 and self._steps_made > 0
 
@@ -254,12 +263,14 @@ class SimulatedPcl601Axis:
             self._motion = self.speeds.stop(self._running, now_ns)
 
     def _hit_hard_limit(self, now_ns: int) -> None:
+        """End the motion; after a correction, the encoder is checked once more."""
         if self.activity is AxisActivity.CORRECTION:
             self._begin_settling(now_ns)
         else:
             self._end()
 
     def _finish(self, now_ns: int) -> None:
+        """Go on after the last step: back off from home, check the encoder, or end."""
         if self.activity is AxisActivity.HOME_1_STOP:
             back_off = run(now_ns, 0, -self.direction, self.speeds.at_base())
             self._begin(AxisActivity.HOME_1_BACK, -self.direction, back_off)
@@ -298,6 +309,10 @@ class SimulatedPcl601Axis:
         return True
 
     def _correct_by(self, now_ns: int, steps: int) -> None:
+        """Begin a correction by signed steps at base speed.
+
+        Without steps, or against a hard limit, wait for the next check, which counts as a retry.
+        """
         autocorrect = self._autocorrect
         self._values[Register.STEPS] = abs(steps)  # the STEPS register shows the correction
         direction = 1 if steps > 0 else -1
@@ -305,11 +320,12 @@ class SimulatedPcl601Axis:
             self._begin_settling(now_ns)
             return
         self._begin(AxisActivity.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
-        self._autocorrect = autocorrect
+        self._autocorrect = autocorrect  # `_begin` has cleared it
 
     # jog
 
     def _jog_from_rest(self, now_ns: int) -> bool:
+        """Begin to jog if an input selects a direction and nothing forbids it; return whether it began."""
         direction = self.jog.selected()
         if direction == 0:
             return False
@@ -325,6 +341,7 @@ class SimulatedPcl601Axis:
         return True
 
     def _continue_jog(self, now_ns: int) -> bool:
+        """Stop a jog whose direction has changed, or change its speed; return whether either was due."""
         if self.jog.selected() != self.direction:
             self._stop(now_ns, AxisActivity.STOPPING)
             return True
@@ -338,15 +355,18 @@ class SimulatedPcl601Axis:
     # parts
 
     def _begin_endless(self, now_ns: int, activity: AxisActivity) -> None:
+        """Begin a motion in the direction of the register, unless a hard limit blocks it."""
         direction = 1 if self._values[Register.DIRECTION] else -1
         if not self._at_limit(HARD_LIMITS, direction):
             self._begin(activity, direction, run(now_ns, 0, direction, self.speeds.profile()))
 
     def _begin(self, activity: AxisActivity, direction: int, motion: Motion) -> None:
+        """Begin a motion with a cleared state."""
         self._clear()
         self.activity, self.direction, self._motion = activity, direction, motion
 
     def _end(self) -> None:
+        """End the motion; the present pulse on the fly continues."""
         self._motor.end_motion()
         self.fly.end()
         self._clear()
@@ -360,6 +380,7 @@ class SimulatedPcl601Axis:
 
     @property
     def _running(self) -> Motion:
+        """The present motion; it is an error to ask for it at rest."""
         if self._motion is None:
             raise AssertionError("no motion is running")
         return self._motion

@@ -83,6 +83,7 @@ class Pmc006Controller:
         self._arrive(now_ns)
 
     def _arrive(self, now_ns: int) -> None:
+        """Update the motor's position and the pins to an instant at or before the next event."""
         self.now_ns = now_ns
         self.axis.go_to(now_ns)
         self.pins.sense(self.axis.physical)
@@ -188,6 +189,7 @@ class Pmc006Controller:
     # -- instructions ------------------------------------------------------------------------
 
     def _allows(self, row: InstructionRow, data: int) -> bool:
+        """Return whether the type of controller accepts an instruction's data."""
         if row.name == "microstepping" and data == 256:
             return self.options.max_microstep == 256
         if row.name == "set_position" and self.options.i_signed:
@@ -195,6 +197,7 @@ class Pmc006Controller:
         return row.allows(data)
 
     def _step(self, steps: int) -> int:
+        """Begin a move; return the acknowledgment, or an error."""
         if not (self.axis.may_start and self.axis.speeds_fit):
             return STATE_ERROR
         if self.axis.against_limit:
@@ -203,6 +206,7 @@ class Pmc006Controller:
         return self.options.step_ack_value
 
     def _speed_mode(self, run: int) -> int:
+        """Begin to run and return 1, or slow down and return 0; return an error for a refused motion."""
         if not run:
             self.axis.slow_down(self.now_ns)
             return 0
@@ -214,6 +218,7 @@ class Pmc006Controller:
         return 1
 
     def _zero_back(self, stroke: int) -> int:
+        """Begin to search for the switch within a stroke; return 0, or an error."""
         if not self.axis.may_start:
             return STATE_ERROR
         self.axis.zero_back(self.now_ns, stroke)
@@ -224,6 +229,7 @@ class Pmc006Controller:
         return 0
 
     def _free_run(self, released: int) -> int:
+        """Release the motor, which ends its motion, or hold it; return the data."""
         if released:
             self.abort()
         self.memory["free_run"] = released
@@ -256,6 +262,7 @@ class Pmc006Controller:
         return 0
 
     def _on_pins(self, changed: int, levels: int) -> None:
+        """Pass changed pins to the axis, and those that went low to the user program."""
         self.axis.on_pins(changed, levels)
         self.interpreter.on_pins(changed & ~levels)
 

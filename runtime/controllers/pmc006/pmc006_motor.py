@@ -49,7 +49,7 @@ class ExtStop:
     __slots__ = ("_memory", "_pins", "bit", "blocks", "flag", "pin")
 
     def __init__(
-        self, memory: Memory, pins: Pmc006Pins, pin: Pin, flag: Status1, bit: int, blocks: int
+        self, memory: Memory, pins: Pmc006Pins, pin: Pin, flag: Status1, *, bit: int, blocks: int
     ) -> None:
         self._memory = memory
         self._pins = pins
@@ -83,8 +83,8 @@ class SimulatedPmc006Axis:
     def __init__(self, memory: Memory, pins: Pmc006Pins) -> None:
         self._memory = memory
         self._pins = pins
-        self._ext1 = ExtStop(memory, pins, Pin.EXT1, Status1.EXT1, 1, -1)
-        self._ext2 = ExtStop(memory, pins, Pin.EXT2, Status1.EXT2, 2, +1)
+        self._ext1 = ExtStop(memory, pins, Pin.EXT1, Status1.EXT1, bit=1, blocks=-1)
+        self._ext2 = ExtStop(memory, pins, Pin.EXT2, Status1.EXT2, bit=2, blocks=+1)
         self._motion: Motion | None = None
         self._zero = 0  # physical position at which the position register reads 0
         self._stroke = self._retreated = 0  # of a zero-back: steps allowed, and steps away from the switch
@@ -219,13 +219,14 @@ class SimulatedPmc006Axis:
         self.stalled = False
 
     def _speeds(self) -> Pmc006Speeds:
+        """Return the speeds and ramps in the parameters, for moves and for speed mode."""
         memory = self._memory
         return Pmc006Speeds(
-            memory["start_speed"],
-            memory["max_speed"],
-            memory["stop_speed"],
-            memory["accel_coefficient"],
-            memory["decel_coefficient"],
+            start_sps=memory["start_speed"],
+            max_sps=memory["max_speed"],
+            stop_sps=memory["stop_speed"],
+            acceleration=memory["accel_coefficient"],
+            deceleration=memory["decel_coefficient"],
         )
 
     def _zero_speeds(self) -> Pmc006Speeds:
@@ -239,6 +240,7 @@ class SimulatedPmc006Axis:
         )
 
     def _retreat(self, now_ns: int) -> None:
+        """Move away from the switch by a part of the stroke, see `RETREAT_DIVISOR`."""
         distance = max(1, self._stroke // RETREAT_DIVISOR)
         self._retreated += distance
         self._begin(MotorActivity.RETREAT, plan_move(now_ns, self.physical, distance, self._zero_speeds()))
@@ -253,6 +255,7 @@ class SimulatedPmc006Axis:
             self.halt()
 
     def _seek(self, now_ns: int) -> None:
+        """Move toward the switch, at most over the stroke."""
         self._begin(MotorActivity.SEEK, plan_move(now_ns, self.physical, -self._stroke, self._zero_speeds()))
 
     def _triggered(self, stop: ExtStop) -> None:

@@ -82,12 +82,14 @@ def ramp_steps(slow_sps: int, fast_sps: int, coefficient: int) -> Fraction:
 
 
 def _ramp_steps_fine(fast_nsps: int, slow_nsps: int, coefficient: int) -> Fraction:
+    """Return the length of a ramp in steps, see `ramp_steps`; speeds are in 1e-9 step/s."""
     if coefficient == 0 or fast_nsps <= slow_nsps:
         return Fraction(0)
     return Fraction(fast_nsps**2 - slow_nsps**2, 2 * ACCELERATIONS_PPS2[coefficient] * NANO**2)
 
 
 def _append_short_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
+    """Append a move without an S-curve: the speed changes evenly from start to stop speed."""
     start_nsps, stop_nsps = NANO * speeds.start_sps, NANO * speeds.stop_sps
     if start_nsps == stop_nsps:
         course.cruise_to(steps, start_nsps)
@@ -96,6 +98,7 @@ def _append_short_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None
 
 
 def _append_long_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
+    """Append an S-curve up, the maximum speed, and an S-curve down; ramps that do not fit are shortened."""
     top_nsps = NANO * speeds.max_sps
     up_steps = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
     down_steps = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
@@ -108,5 +111,6 @@ def _append_long_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
 
 
 def _append_ramp(course: Course, steps: Fraction, from_nsps: int, to_nsps: int) -> None:
+    """Append an S-curve over a number of steps; nothing for 0 steps."""
     if steps:
         course.ramp_over(steps, from_nsps, to_nsps, RAISED_COSINE)

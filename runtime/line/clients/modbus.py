@@ -121,13 +121,18 @@ class RtuLine(ModbusLine):
 
     @override
     def ask(self, unit: int, request: ModbusPDU) -> ModbusPDU:
+        """Send the request after a silence; return the answer.
+
+        After a missing or damaged answer, the next request waits longer, since the answer may be late.
+        """
         request.dev_id = unit
         size = answer_bytes(request)
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self._link.send(frame(unit, encoded(request)))
         pdu = self._receive(unit, size)
-        if pdu[0] & EXCEPTION or len(pdu) == size:
+        is_complete = pdu[0] & EXCEPTION or len(pdu) == size
+        if is_complete:
             self._quiet_s = SILENCE_S
         answer = self._decoder.decode(pdu)
         answer.dev_id = unit

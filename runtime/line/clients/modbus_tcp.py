@@ -148,6 +148,7 @@ class _Client(ModbusTcpClient):
 
     @override
     def connect(self) -> bool:
+        """Connect unless the connection exists; return True, or raise a LinkError."""
         if self.socket is None:
             address = self.comm_params.host, self.comm_params.port
             try:

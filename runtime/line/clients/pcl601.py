@@ -219,9 +219,11 @@ class Pcl601Client(MotionClient[Registers]):
         return limit + _meanings(Error(errors))
 
     def _start(self, code: Code) -> Registers:
+        """Send a command code once; return the state before it, see `begin`."""
         return self.begin(code.name, lambda: self._send_once(pdus.command(code)), moves=code in MOTIONS)
 
     def _check_encoder(self, state: Registers, expected_position: int) -> None:
+        """Raise a StoppedError if the encoder is off a position, in pulses, by more than its window."""
         deviation = state.values[Register.ENCODER_POSITION] - expected_position
         window = state.values[Register.ENCODER_WINDOW]
         if abs(deviation) > window:
@@ -233,6 +235,7 @@ class Pcl601Client(MotionClient[Registers]):
         return until_answered(lambda: self._send_once(request))
 
     def _send_once(self, request: ModbusPDU) -> ModbusPDU:
+        """Return the answer to a request; give an exception its meaning, and count a missing answer."""
         try:
             return self._line.ask(self.address, request)
         except ModbusExceptionError as error:

@@ -284,6 +284,8 @@ class Pmc006Client(MotionClient[ControllerView]):
         return f": {error_names}" if error_names else ""
 
     def _start(self, row: InstructionRow, data: int, *, moves: bool = True) -> ControllerView:
+        """Send an instruction once; return the state before it, see `begin`."""
+
         def send() -> None:
             self._check(row, self._send_once(row.code, data), None)
 
@@ -307,7 +309,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         """Send an instruction once; return the data of the answer, which may come from a new address."""
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
-        self.faults += 1
+        self.faults += 1  # until a valid answer arrives
         self._link.send(command(self.address, code, data))
         received = self._link.receive(FRAME_BYTES, self._answer_s)
         frames = Framer().feed(received)

@@ -73,6 +73,7 @@ class ModbusTcpPort:
     def _split(
         self, received: Iterator[tuple[socket.socket, bytes]]
     ) -> Iterator[tuple[socket.socket, list[bytes]]]:
+        """Yield the request frames of each connection; keep incomplete ones, and end closed connections."""
         for connection, data in received:
             if not data:
                 self._end(connection)

@@ -31,6 +31,7 @@ class RawTcpPort(Port):
 
     @override
     def wait(self, seconds: float) -> bytes:
+        """Return the bytes of one client, which becomes the receiver of replies."""
         for connection, data in self._listener.wait(seconds):
             if data:
                 self._latest_sender = connection

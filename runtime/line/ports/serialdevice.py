@@ -62,6 +62,7 @@ class SerialPort(Port):
 
     @override
     def send(self, data: bytes) -> None:
+        """Send bytes; drop them while the port is lost."""
         if self._port is None:
             return
         try:
@@ -74,6 +75,7 @@ class SerialPort(Port):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
+        """Change the format, which a reopened port has too."""
         if line_format == self._format:
             return
         self._format = line_format

@@ -80,6 +80,7 @@ class LineServer(PortServer[Port]):
 
     @override
     def step(self, longest_s: float) -> None:
+        """Wait for bytes or the device's next event; pass the bytes on, and send the replies."""
         data = self._port.wait(self._clock.seconds_until(self._device.next_wake_ns, longest_s))
         now_ns = self._clock.now_ns()
         sent_bytes = self._device.advance(now_ns)
@@ -121,6 +122,7 @@ class PduServer(PortServer[ModbusTcpPort]):
         self._device.advance(self._clock.now_ns())
 
     def _advance_and_answer(self, unit: int, pdu: bytes) -> bytes | None:
+        """Return the reply to a request at the present instant, and notify the listener of both."""
         now_ns = self._clock.now_ns()
         self._device.advance(now_ns)
         reply, address = self._answer(unit, pdu), bytes((unit,))
@@ -148,12 +150,14 @@ class GatewayServer(PortServer[ModbusTcpPort]):
 
     @override
     def step(self, longest_s: float) -> None:
+        """Wait for requests or the line's next event; queue the requests, and send the replies."""
         wait_s = self._clock.seconds_until(self._gateway.next_wake_ns, longest_s)
         requests = list(self._port.requests(wait_s))
         now_ns = self._clock.now_ns()
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frames in requests:
             for frame in frames:
+                # the header ends with the unit
                 unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
                 self._notify(now_ns, received=frame[HEADER.size - 1 :])
                 refusal = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))

@@ -113,6 +113,7 @@ class Listener:
         return evicted
 
     def _read(self, connection: socket.socket) -> bytes:
+        """Return the bytes that a connection has received; drop a closed one and return b""."""
         try:
             data = connection.recv(CHUNK)
         except OSError:

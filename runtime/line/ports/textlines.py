@@ -60,6 +60,10 @@ class TextLinePort:
         self._listener.close()
 
     def _serve(self, connection: socket.socket, data: bytes, answer: Callable[[str, bool], str]) -> None:
+        """Answer the complete lines in a connection's bytes, and keep the incomplete one.
+
+        The first answered line admits the client.
+        """
         *lines, partial_line = data.split(b"\n")
         if max(map(len, [*lines, partial_line])) > LINE_MAX:
             self._end(connection)
@@ -75,7 +79,8 @@ class TextLinePort:
                 reply += f"{end}\n"
                 ends_client = True
                 break
-        if (reply and not self._listener.send(connection, reply.encode())) or ends_client:
+        is_lost = bool(reply) and not self._listener.send(connection, reply.encode())
+        if is_lost or ends_client:
             self._end(connection)
 
     def _end(self, connection: socket.socket) -> None:

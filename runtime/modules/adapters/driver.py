@@ -75,6 +75,7 @@ class Driver(Exchanges[Drive]):
     # -- the script ---------------------------------------------------------------------------
 
     def _script(self) -> Script:
+        """Connect to the device and do its work; after a loss of the link or of power, connect again."""
         while True:
             try:
                 yield from self._connect()
@@ -118,6 +119,7 @@ class Driver(Exchanges[Drive]):
         self._failures = 0
 
     def _read_after_connecting(self) -> Talk:
+        """Read the state of a device that answers; stop a configured one, which may still be moving."""
         if self._was_ready:
             yield from self.halt()
         yield from self.read_all()
@@ -143,6 +145,7 @@ class Driver(Exchanges[Drive]):
             yield from self._poll_at_rest()
 
     def _set_up(self) -> Talk:
+        """Configure the device as if it were new; it is then ready for motions."""
         self.forget()
         self._was_ready = False
         yield from self.configure()
@@ -153,7 +156,10 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _poll_at_rest(self) -> Talk:
-        """Poll while idle; report any motion."""
+        """Poll while idle, until there is work; report a motion without a command.
+
+        A counter that has come near 0 is set to `BIAS` again, since 0 would look like a loss of power.
+        """
         position_before = self.position
         reads = self.cycle if not self.master.overdue else (self._poll_with_late_replies, self.read_inputs)
         for read in reads:

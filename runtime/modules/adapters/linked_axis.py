@@ -36,7 +36,7 @@ class LinkedAxis(Generic[Drive]):
         self.substitutions = capabilities.new_substitutions
         self.configuration: Configuration | None = None
         self.marker_seen = False
-        self._offset = 0
+        self._offset = 0  # of the position from the device's counter, see `position`
         self._count_offset = 0  # the mirrored encoder count less the position
 
     # -- implemented for each device -----------------------------------------------------------

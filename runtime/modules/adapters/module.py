@@ -137,6 +137,7 @@ class Adapter(Generic[Drive]):
         return self.layer.under_way
 
     def _power_up(self) -> None:
+        """Start with a new driver and the state of a 3601 at power-up."""
         self.driver = self._kind.driver(self._options, self._address)
         self.driver.master.now_ns = self._now_ns
         self._locked_out = False  # commands are refused until all command bits have been low
@@ -145,6 +146,7 @@ class Adapter(Generic[Drive]):
         self._publish()
 
     def _reset_layer(self) -> None:
+        """Start with a new axis and new 3601 rules; commands and configuration are lost."""
         self.axis = self._kind.axis(self.driver, self._options)
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
@@ -222,6 +224,7 @@ class Adapter(Generic[Drive]):
         return _tick_at_or_after(self._now_ns)
 
     def _wire_due_ns(self) -> int:
+        """Return the instant of the next event of the driver or of the device."""
         wake_ns = self.driver.master.next_wake_ns
         event_ns = self.controller.next_event_ns(self._now_ns)
         return max(self._now_ns, wake_ns if event_ns is None else min(wake_ns, event_ns))
@@ -239,6 +242,10 @@ class Adapter(Generic[Drive]):
             self._tick(now_ns, outputs)
 
     def _tick(self, now_ns: int, outputs: Image) -> None:
+        """Carry out one tick: findings of the driver, output words, refusals; set the next tick.
+
+        While the device is absent, words are not obeyed.
+        """
         self._acted_on = outputs.raw.tobytes()
         words_now = tuple(outputs)
         findings = self.driver.findings.take()
@@ -326,6 +333,7 @@ class Adapter(Generic[Drive]):
         self.layer.refuse(now_ns, Refusal(name, COMMAND_ERROR, text))
 
     def _change_mode(self, now_ns: int) -> None:
+        """Follow the PLC into or out of run mode."""
         if self.layer.state.running:
             self._drop_waiting()
             self.layer.leave_run_mode(now_ns)
@@ -350,6 +358,7 @@ class Adapter(Generic[Drive]):
                     self._show_end_of_range(now_ns)
 
     def _lose_power(self, now_ns: int) -> None:
+        """Note that the device has lost its power; a 3601 then loses its configuration too."""
         self._note(now_ns, "power lost", "the device has lost its power and its configuration")
         self._reset_layer()
         self._image.clear()
@@ -369,6 +378,7 @@ class Adapter(Generic[Drive]):
         self._locked_out = True
 
     def _show_end_of_range(self, now_ns: int) -> None:
+        """Refuse to continue at the end of the counter's range."""
         reason = "the device's counter has reached the end of its range"
         self.layer.refuse(now_ns, Refusal("counter range", INVALID_PROFILE | COMMAND_ERROR, reason))
         if self.layer.operation is not None:
@@ -395,6 +405,7 @@ class Adapter(Generic[Drive]):
     # -- the input image ----------------------------------------------------------------------
 
     def _publish(self) -> None:
+        """Write the input image; an absent device, or one being configured, has fixed bits."""
         layer, words = self.layer, self._image.words
         if self.driver.state is ControllerState.ABSENT:
             mode_bit = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0

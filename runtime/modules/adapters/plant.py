@@ -116,6 +116,7 @@ class Plant(SimulatedController, ABC):
 
     @override
     def sense(self, now_ns: int) -> None:
+        """Update the machine from the motor; wire the pins again if an input or feedback has changed."""
         self._follow(now_ns)
         levels, held_bits, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
         if (levels, held_bits, feedback) != (self.levels, self._held_bits, self._feedback):
@@ -132,6 +133,7 @@ class Plant(SimulatedController, ABC):
         return () if self._held_bits & bit.value else switches_of(self.machine, bit)
 
     def _follow(self, now_ns: int) -> None:
+        """Pass the motor's steps since the last call, and its start and stop, to the machine."""
         position, turns = self.device.motor_position, self.device.motor_turns
         steps = position - self._position_before
         if turns and not self._was_turning:

@@ -59,6 +59,7 @@ class ProfileDriver(Driver[Settings]):
 
     @override
     def model(self, task: Task[Settings]) -> None:
+        """Plan the motion from its start on, at origin 0."""
         now_ns, profile = self.master.now_ns, task.drive.profile
         if task.kind is TaskKind.INDEX:
             task.model = move(now_ns, 0, task.direction * task.steps, profile)
@@ -104,6 +105,7 @@ class ProfileAxis(LinkedAxis[Settings]):
 
     @override
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
+        """Return the steps that the present motion makes if it begins to stop now; 0 without a motion."""
         task = self.task
         if task is None or task.model is None:
             return 0

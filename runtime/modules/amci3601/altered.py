@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeAlias
 
-from scanrack.io_images.amci3601 import CommandMsw, StatusBits, StatusMsw
+from scanrack.io_images.amci3601 import LIVE_BITS, CommandMsw, StatusBits, StatusMsw
 from scanrack.io_images.amci3601.words import Profile
 from scanrack.io_images.image import Image, signed_word
 from typing_extensions import override
@@ -80,6 +80,7 @@ class AlteredLatches(Latches):
 
     @override
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
+        """Set the bits of a rule, with the additional bits; a silent rule sets none."""
         alteration = self._alteration
         bits_set = 0 if rule_id in alteration.silent else bits | alteration.adds.get(rule_id, 0)
         super()._set(now_ns, rule_id, bits_set)
@@ -106,6 +107,7 @@ class AlteredLayer(CommandLayer):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        """Return the faults without overlooked rules, and with the additional reasons to refuse."""
         noticed_faults = [fault for fault in faults if fault.rule not in self.alteration.overlooked]
         if not command.configures:
             further_rules = self.alteration.also
@@ -138,6 +140,7 @@ class Altered3601(Amci3601):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance the module with the words that it hears; return the words that it shows."""
         image = super().update(now_ns, self._altered_outputs(outputs))
         words = self._masked(tuple(image))
         if self.alteration.shows is not None:
@@ -151,6 +154,7 @@ class Altered3601(Amci3601):
         return super().calm_until_ns(self._altered_outputs(outputs))
 
     def _altered_outputs(self, outputs: Image) -> Image:
+        """Return the outputs as the module hears them; a configuration is heard unchanged."""
         hears = self.alteration.hears
         if hears is None or outputs[0] & CONFIGURES:
             return outputs
@@ -159,11 +163,15 @@ class Altered3601(Amci3601):
         return self._altered_image
 
     def _masked(self, words: ImageWords) -> ImageWords:
+        """Return the input words without the hidden bits."""
         alteration, layer = self.alteration, self.layer
         assert isinstance(layer, AlteredLayer)
-        if not alteration.hidden or (alteration.during and alteration.during != layer.latest):
+        is_other_motion = alteration.during and alteration.during != layer.latest
+        if not alteration.hidden or is_other_motion:
             return words
-        hidden = alteration.hidden & (0xE000 if words[0] & MODE_CONFIG else ~0)
+        hidden = alteration.hidden
+        if words[0] & MODE_CONFIG:  # the other bits are not status bits in this mode
+            hidden &= LIVE_BITS
         msw = signed_word(words[0] & _WORD & ~hidden)
         lsw = signed_word(words[1] & _WORD & ~(hidden >> 16))
         return (msw, lsw, *words[2:])

@@ -160,6 +160,7 @@ class CommandLayer(Host):
     # -- output words -------------------------------------------------------------------------
 
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
+        """Obey the output words: the mode bit first, and other words only with a valid configuration."""
         previous = self.state.command
         self.state.command = command = previous if previous.words == words else CommandWords(words)
         if command.configures:
@@ -173,7 +174,12 @@ class CommandLayer(Host):
             self._obey_new_words(now_ns, command, previous)
 
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-        if self.profile.untold and self._refuses_undescribed_bits(now_ns, command, previous):
+        """Obey words that have changed: follower and blocks, then a command bit that has risen.
+
+        Words that stop a motion only continue an open programming session. Undescribed bits refuse
+        everything.
+        """
+        if self.profile.undescribed and self._refuses_undescribed_bits(now_ns, command, previous):
             return
         risen_bits = command.msw & ~previous.msw & COMMAND_BITS
         is_following = False
@@ -192,7 +198,7 @@ class CommandLayer(Host):
 
     def _refuses_undescribed_bits(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
         """Refuse bits that the module's manual does not describe; return whether one is set."""
-        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.untold}
+        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.undescribed}
         bits_before = previous.msw | previous.lsw << 16
         bits_now = command.msw | command.lsw << 16
         for name, bit in undescribed_bits.items():
@@ -224,6 +230,7 @@ class CommandLayer(Host):
             COMMANDS[command.msw](self, now_ns, command)
 
     def _refuse_several(self, now_ns: int, command: CommandWords, risen_bits: int) -> None:
+        """Refuse several command bits at once; a motion reacts to them."""
         self.fire_all(now_ns, faults_of_several(self, command, risen_bits))
         if self.operation is not None:
             self.operation.on_many_bits(now_ns)
@@ -243,6 +250,7 @@ class CommandLayer(Host):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        """Return the faults, and for a move also the broken rules that a 3601 lacks."""
         if not command.msw & MOVES or command.configures:
             return faults
         return faults + [

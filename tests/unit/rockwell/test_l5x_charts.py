@@ -111,6 +111,12 @@ def test_its_branches_become_sources_and_targets(imported):
     ]
 
 
+def test_without_a_flow_the_links_of_its_legs_decide_it(imported):
+    parts = [re.sub(r' BranchFlow="\w+"', "", each) for each in MACHINE]
+    expected = imported(machine(*MACHINE)).controller.routines[1].chart
+    assert imported(machine(*parts)).controller.routines[1].chart == expected
+
+
 def test_a_priority_of_its_own_is_the_order_of_the_legs(imported):
     parts = [each.replace('Priority="Default"', 'Priority="UserDefined"') for each in MACHINE]
     tree = imported(machine(*parts)).controller.routines[1].chart

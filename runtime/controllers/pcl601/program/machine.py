@@ -79,13 +79,16 @@ class ProgramMachine:
         return ACTIONS[step.name](axis, step)
 
     def _wait(self, step: Step, _axis: Axis601) -> bool:
+        """Delay the next instruction by the milliseconds of WAIT, which include this instruction."""
         if self.next_wake_ns is not None:
             self.next_wake_ns += (int(step.values[0]) - 1) * INSTRUCTION_NS
         self.line += 1
         return True
 
     def _finish(self, _step: Step, axis: Axis601) -> bool:
-        self.line += not axis.busy
+        """Go on to the next line if the controller is not busy; otherwise repeat this line."""
+        if not axis.busy:
+            self.line += 1
         return True
 
     def _end(self, _step: Step, _axis: Axis601) -> bool:
@@ -104,6 +107,7 @@ class ProgramMachine:
         return self.line < len(self.program.steps)
 
     def _goto(self, step: Step, _axis: Axis601) -> bool:
+        """Jump to the label; RETURN comes back to the next line."""
         self._return_line = self.line + 1
         return self._jump(step)
 
@@ -112,6 +116,7 @@ class ProgramMachine:
         return True
 
     def _return_from(self, _step: Step, axis: Axis601) -> bool:
+        """Jump to the line after the last GOTO; without one, end the program with an error."""
         if self._return_line is None:
             axis.report(Error.MEMORY_COMMAND)
             return False

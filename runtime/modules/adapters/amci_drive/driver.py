@@ -165,6 +165,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         return self._next_request(None)
 
     def _next_request(self, words: Sequence[int] | None) -> LineRequest:
+        """Return an exchange that writes words, or only reads for None, with a new transaction number."""
         self._transaction = self._transaction + 1 & 0xFFFF
         if words is None:
             return frames.read(self.unit, self._transaction, self._options.axis)
@@ -334,10 +335,13 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def carry_out(self, task: Task[DriveProfile]) -> Talk:
+        """Start a motion and wait for its end; a blend move needs its segments in the drive first."""
         if self.status & RESETTABLE:
             yield from self._reset_errors()
         yield from self.keep_counter_in_range(task)
-        is_stored = task.drive.program is None or (yield from self._store_segments(task.drive))
+        is_stored = True
+        if task.drive.program is not None:
+            is_stored = yield from self._store_segments(task.drive)
         start_position = self.position
         if is_stored and not (self.cut or task.stopping):
             self._zeroing, self.found_home = task.kind is TaskKind.HOME, False
@@ -397,12 +401,14 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def model(self, task: Task[DriveProfile]) -> None:
+        """Plan the motion as the drive makes it, from its start on."""
         now_ns, start_sps, program = self.master.now_ns, task.drive.start_sps, task.drive.program
         if program is None:
             super().model(task)
         else:
             legs, final_rate, shape = program.segments, program.final_deceleration, program.final_shape
-            task.model = plan_blend(now_ns, 0, task.direction, start_sps, legs, final_rate, shape)
+            origin = 0  # a model counts steps from the start of its motion
+            task.model = plan_blend(now_ns, origin, task.direction, start_sps, legs, final_rate, shape)
 
     @override
     def watch(self, task: Task[DriveProfile]) -> Talk:

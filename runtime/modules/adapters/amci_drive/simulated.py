@@ -32,6 +32,7 @@ class DriveDevice:
         inputs = {"in1": options.in1, "in2": options.in2}
         wired_inputs = {terminal: name for terminal, name in inputs.items() if name != "none"}
         self.drive = DriveUnit(options.row, machine, wired_inputs)
+        # the other axes of the stack, which have no machine
         lower_axes = [DriveUnit(options.row) for _ in range(options.axis - 1)]
         self._registers = DriveRegisters([*lower_axes, self.drive])
         self._reply = b""

@@ -289,6 +289,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def carry_out(self, task: Task[Drive]) -> Talk:
+        """Write the parameters of a motion, start it, and wait for its end."""
         yield from self.keep_counter_in_range(task)
         yield from self._write_parameters(task)
         start_position = self.position
@@ -301,6 +302,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
             yield from self.conclude(task, start_position)
 
     def _start_code(self, task: Task[Drive]) -> Code:
+        """Return the command code that starts a motion; homing with a proximity has its own type."""
         if task.kind is TaskKind.HOME and self.has_proximity:
             return Code.HOME_TYPE_0
         return STARTS[task.kind]

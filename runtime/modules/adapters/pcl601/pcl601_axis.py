@@ -62,6 +62,7 @@ class Pcl601Axis(ProfileAxis[Drive]):
     @property
     @override
     def levels(self) -> int:
+        """Levels of the inputs as last read; a limit without an input is known only by its side."""
         wired_inputs, levels = WIRED_INPUTS, LIMITS[self._limit_side]
         if self._limits_on_inputs:
             wired_inputs, levels = WIRED_INPUTS | LIMIT_INPUTS, 0

@@ -79,7 +79,7 @@ class SimulatedPcl601(Plant):
         self._wiring = WIRING | (LIMITS_ON_INPUTS if options.limit_sense == "inputs" else {})
         self._open_wires: frozenset[Wire] = frozenset()
         self._counts_before = machine.encoder_counts(0)
-        self._switch_contacts = {
+        self._switch_contacts = {  # by terminal
             bit: tuple(contact for switch in switches_of(machine, bit) for contact in contacts_of(switch))
             for bit in InputBit
         }
@@ -140,6 +140,7 @@ class SimulatedPcl601(Plant):
 
     @property
     def _jumpers(self) -> dict[int, tuple[str, ...]]:
+        """The pins that the options connect to outputs, by output."""
         jumpers: dict[int, tuple[str, ...]] = {}
         if self._options.registration != "polled":
             jumpers[MARK_OUTPUT] = (MARK_PIN,)

@@ -196,6 +196,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def carry_out(self, task: Task[Pmc006Speeds]) -> Talk:
+        """Arm the stops for a motion, start it, and wait for its end."""
         yield from self._arm(self._stops_for(task))
         yield from self._set_speeds(task)
         start_position = self.position
@@ -234,6 +235,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
             yield from self._set(direction=int(task.direction > 0))
 
     def _request_for(self, task: Task[Pmc006Speeds]) -> LineRequest:
+        """Return the instruction that starts a motion."""
         if task.kind is TaskKind.INDEX:
             return frames.instruction(self.unit, "step", task.steps)
         if task.kind is TaskKind.HOME:
@@ -242,6 +244,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def model(self, task: Task[Pmc006Speeds]) -> None:
+        """Plan the motion with the device's own ramps."""
         now_ns, drive = self.master.now_ns, task.drive
         if task.kind is TaskKind.INDEX:
             task.model = plan_move(now_ns, 0, task.direction * task.steps, drive)
