@@ -86,6 +86,7 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     for form in _RAW_FORMS:
         if match := _form(form).fullmatch(stripped):
             return _numbered_word(text, match, slots)
+    # before profile names, whose form matches `Data` too
     match = _form(_CARD_FORM).fullmatch(stripped)
     if match:
         data_bits = _data_bits(int(match["slot"]), slots)
@@ -99,16 +100,19 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
 
 
 def _refusal(text: str, reason: str) -> SiteError:
+    """Return an error whose text begins with the address; its `reason` is the text without the address."""
     error = SiteError(f"{text!r}: {reason}")
     error.reason = reason
     return error
 
 
 def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
+    """Return the size of a card's value `Data`; 0 for an empty slot, or a module with an array of words."""
     return slots[slot].data_bits if slot in slots else 0
 
 
 def _data_of_card(text: str, match: re.Match[str], bits: int) -> Address:
+    """Return the address of `Data` as one word, which 32 bits do not fit, or of one of its bits."""
     slot, image = int(match["slot"]), match["image"].upper()
     if match["bit"] is None:
         if bits > BITS:
@@ -121,6 +125,7 @@ def _data_of_card(text: str, match: re.Match[str], bits: int) -> Address:
 
 
 def _numbered_word(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
+    """Return the address of a word given by its number, or of one of its bits."""
     slot = int(match["slot"])
     word = int(match["word"] or 0)
     bit = None if match["bit"] is None else int(match["bit"])
@@ -134,6 +139,7 @@ def _numbered_word(text: str, match: re.Match[str], slots: Mapping[int, ModuleWo
 
 
 def _profile_word_or_bit(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
+    """Return the address of a card's member, a profile's word, or a bit of input word 0, by its name."""
     slot, name = int(match["slot"]), match["name"].upper()
     _check_slot(text, slot, slots)
     if name == "FAULT":
@@ -171,6 +177,7 @@ def _card_member(text: str, member: Address, bit: str | None, data_bits: int) ->
 
 
 def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:
+    """Return the address of a word, or of its bit if a number follows its name."""
     if bit is None:
         return word
     if int(bit) >= BITS:
@@ -179,6 +186,10 @@ def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:
 
 
 def _named_bit(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
+    """Return the address of a bit by group and name, as in `slot1.status.IN_HOME`.
+
+    The groups `in` and `out` contain all bits of an image, unless the module has a group with that name.
+    """
     slot = int(match["slot"])
     _check_slot(text, slot, slots)
     groups = slots[slot].groups

@@ -117,6 +117,7 @@ def _value_and_default(field: Field[Any], names: dict[str, Any]) -> tuple[str, s
 
 
 def _init(cls: type[Any], name: str) -> Method:
+    """Return the compiled `__init__`: it assigns the fields, then calls `__post_init__` if there is one."""
     frozen, slots = cls.__dataclass_params__.frozen, "__slots__" in vars(cls)
     names: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
     assignment = "set__(self, '{}', {})" if frozen else "self.{} = {}"
@@ -129,6 +130,7 @@ def _init(cls: type[Any], name: str) -> Method:
             parameters.append(f"{field.name}={default}" if default else field.name)
         else:
             value = f"new__{field.name}()" if default == "missing__" else default
+        # without slots, a default that is no parameter remains an attribute of the class
         if field.init or default == "missing__" or (default and slots):
             statements.append(assignment.format(field.name, value))
     if hasattr(cls, "__post_init__"):
@@ -160,6 +162,7 @@ def _comparison(cls: type[Any], name: str) -> Method:
 
 
 def _compared(cls: type[Any], name: str, sign: str) -> Method:
+    """Return a method that compares the fields of two objects of one class as tuples."""
     compared_fields = [field for field in fields(cls) if field.compare]
     statements = [
         "if other.__class__ is self.__class__:",
@@ -220,10 +223,12 @@ def _refusal(cls: type[Any], name: str, action: str) -> Method:
 
 
 def _getstate(self: Any) -> list[Any]:
+    """Return what pickle stores of an object with slots: its fields, in order."""
     return [getattr(self, field.name) for field in fields(self)]
 
 
 def _setstate(self: Any, state: Iterable[Any]) -> None:
+    """Set the fields from what `_getstate` returned, even of a frozen object."""
     for field, value in zip(fields(self), state, strict=False):
         object.__setattr__(self, field.name, value)
 

@@ -236,7 +236,7 @@ def numbers_of(masks: Sequence[int]) -> str:
     >>> numbers_of((0xFFFF, 0x0001)), numbers_of((0x00FF, 0x00FF))
     ('0 to 16', '0 to 7, 16 to 23')
     """
-    number_runs: list[list[int]] = []
+    number_runs: list[list[int]] = []  # first and last number of each
     for terminal in terminals_in(masks):
         if number_runs and terminal == number_runs[-1][1] + 1:
             number_runs[-1][1] = terminal

@@ -76,6 +76,7 @@ def key_of(text: str) -> str | None:
 
 
 def _key_of_step(step: re.Match[str]) -> str:
+    """Return the canonical form of a step after a base name: `[1,2]`, `['key']`, `.4` or `.acc`."""
     if step["quote"] is not None:
         return f"[{step['quote'][1:-1]!r}]"
     if step["index"] is not None:
@@ -167,7 +168,7 @@ class NamesByPattern:
     def __init__(self, names: Iterable[str], *, fold: bool = False) -> None:
         self._fold = str.lower if fold else str
         self._names = [self._fold(name) for name in names]
-        self._by_part: dict[str, list[int]] = {}
+        self._by_part: dict[str, list[int]] = {}  # indexes by whole name, and by each part that can match
         for index, name in enumerate(self._names):
             for end in (*(part.start() for part in _PART_END.finditer(name)), len(name)):
                 self._by_part.setdefault(name[:end], []).append(index)

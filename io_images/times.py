@@ -91,6 +91,7 @@ def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
 
 
 def _whole_ns(number: Decimal, unit: str, name: str) -> int:
+    """Return a number in a unit as ns; raise a ValueError if it is not a whole number or too long."""
     try:
         time_ns = _EXACT.multiply(number, UNITS_NS[unit])
         if time_ns > LONGEST_NS:
@@ -139,6 +140,7 @@ def milliseconds(time_ns: int) -> str:
 
 
 def _in_unit(time_ns: int, unit_ns: int) -> str:
+    """Return a time in a unit as an exact decimal number, without zeros at its end."""
     whole_units, fraction_ns = divmod(abs(time_ns), unit_ns)
     decimals = f".{fraction_ns:0{len(str(unit_ns)) - 1}d}".rstrip("0") if fraction_ns else ""
     return f"{'-' * (time_ns < 0)}{whole_units}{decimals}"

@@ -20,7 +20,7 @@ NAMED = {
 }
 """Moves, hold, stop, homing, errors, and the mode flag."""
 
-WORDS = replace(WORDS_3601, message="Amci3401", untold=frozenset(WORDS_3601.groups["command"]) - NAMED)
+WORDS = replace(WORDS_3601, message="Amci3401", undescribed=frozenset(WORDS_3601.groups["command"]) - NAMED)
 INPUTS = ("status_msw", "status_lsw", "position_msw", "position_lsw")
 
 RECORD = stepper(WORDS, ImageForm(INPUTS))

@@ -11,6 +11,6 @@ from scanrack.modules import WORDS_3601, ImageForm, NumberFormat, stepper
 NAMED = {"ABSOLUTE_MOVE", "RELATIVE_MOVE", "FIND_HOME_CW", "FIND_HOME_CCW", "RESET_ERRORS", "MODE_CONFIG"}
 """Moves with distance, speed and rates, homing, and the mode flag. Without Reset Errors no error ends."""
 
-WORDS = replace(WORDS_3601, message="Amci3502", untold=frozenset(WORDS_3601.groups["command"]) - NAMED)
+WORDS = replace(WORDS_3601, message="Amci3502", undescribed=frozenset(WORDS_3601.groups["command"]) - NAMED)
 
 RECORD = stepper(WORDS, ImageForm(numbers=NumberFormat.SIGN_MAGNITUDE))

@@ -178,6 +178,7 @@ def decode(image: Image, limits: Limits = LIMITS_3601) -> Command:
 
 
 def _reader(msw: int, lsw: int) -> _Reader:
+    """Return the function that reads a command with these two words; refuse words of no command."""
     if msw == 0 and lsw & _BLEND:
         raise ValueError(f"word 1 is {lsw & 0xFFFF:04X}h: this is a block of a blend profile, not a command")
     if lsw & _FOLLOWER and msw in (0, CommandMsw.MANUAL_CW, CommandMsw.MANUAL_CCW):

@@ -95,6 +95,7 @@ class Configuration:
         _refuse(check(self._words(), FW_4_1, self.limits), "configuration")
 
     def _words(self) -> tuple[int, ...]:
+        """Return the eight output words; word 0 is unsigned, with the mode flag in bit 15."""
         msw = (
             _MODE
             | self.inputs_used
@@ -185,9 +186,11 @@ def _all(word: int, mask: int) -> bool:
 
 
 def _capture_alone(word: int) -> bool:
+    """Return whether the capture input is used without an encoder."""
     return _all(word, _CAPTURE) and not word & _ENCODER
 
 
 def _refuse(broken_rules: tuple[str, ...], subject: str) -> None:
+    """Raise a ValueError with the clauses of the broken rules, if there are any."""
     if broken_rules:
         raise ValueError(f"{subject} is invalid: {'; '.join(RULES[rule].clause for rule in broken_rules)}")

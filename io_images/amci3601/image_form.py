@@ -71,6 +71,7 @@ class ImageForm:
             for name, place in profile.groups["status"].items()
         }
         groups = {**profile.groups, "status": status}
+        # without the quantities whose words the module lacks
         quantities = tuple(
             replace(value, word=value.word if value.image == "O" else places[value.word], format=self.numbers)
             for value in profile.quantities

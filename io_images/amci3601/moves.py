@@ -75,14 +75,14 @@ class Move:
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Move:
         """Read the command from output words; see `command.decode`."""
         return cls(
-            MoveKind(words[0]),
-            join_thousands(words[2], words[3]),
-            join_thousands(words[4], words[5]),
-            words[6],
-            words[7],
-            _shape(words[1]),
-            bool(words[1] & _ENCODER_MOVE),
-            bool(words[1] & _PROXIMITY),
+            kind=MoveKind(words[0]),
+            target=join_thousands(words[2], words[3]),
+            speed=join_thousands(words[4], words[5]),
+            acceleration=words[6],
+            deceleration=words[7],
+            shape=_shape(words[1]),
+            encoder=bool(words[1] & _ENCODER_MOVE),
+            proximity=bool(words[1] & _PROXIMITY),
             limits=limits,
         )
 
@@ -119,12 +119,12 @@ class Resume:
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Resume:
         """Read the command from output words; see `command.decode`."""
         return cls(
-            join_thousands(words[4], words[5]),
-            words[6],
-            words[7],
-            _shape(words[1]),
-            bool(words[1] & _PROXIMITY),
-            (words[2], words[3]),
+            speed=join_thousands(words[4], words[5]),
+            acceleration=words[6],
+            deceleration=words[7],
+            shape=_shape(words[1]),
+            proximity=bool(words[1] & _PROXIMITY),
+            target_words=(words[2], words[3]),
             limits=limits,
         )
 
@@ -200,13 +200,13 @@ class Manual:
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Manual:
         """Read the command from output words; see `command.decode`."""
         return cls(
-            _direction(_MANUAL, words[0]),
-            join_thousands(words[4], words[5]),
-            words[6],
-            words[7],
-            join_thousands(words[2], words[3]),
-            _shape(words[1]),
-            bool(words[1] & _PROXIMITY),
+            direction=_direction(_MANUAL, words[0]),
+            speed=join_thousands(words[4], words[5]),
+            acceleration=words[6],
+            deceleration=words[7],
+            registration=join_thousands(words[2], words[3]),
+            shape=_shape(words[1]),
+            proximity=bool(words[1] & _PROXIMITY),
             limits=limits,
         )
 
@@ -275,6 +275,7 @@ def require_words(name: str, words: tuple[int, ...], count: int) -> None:
 
 
 def _require_profile(limits: Limits, speed: int, acceleration: int, deceleration: int) -> None:
+    """Raise a ValueError unless a speed and its ramps are at least 1 and within the module's limits."""
     require("programmed speed", speed, 1, limits.speed)
     require("acceleration", acceleration, 1, limits.rate)
     require("deceleration", deceleration, 1, limits.rate)
@@ -289,4 +290,5 @@ def _shape(lsw: int) -> Acceleration:
 
 
 def _direction(bits: dict[Direction, int], msw: int) -> Direction:
+    """Return the direction whose command bit the MSW is."""
     return next(direction for direction, bit in bits.items() if bit == msw)

@@ -91,6 +91,7 @@ class Status:
         return self.position, self.encoder, self.captured
 
     def _word(self, fields: _Fields) -> int:
+        """Return a status word: the sum of the masks of the fields that are true."""
         return sum(mask for name, mask in fields if getattr(self, name))
 
     @classmethod
@@ -108,7 +109,7 @@ class Status:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: the module is in configuration mode")
         if words[1] & _RESERVED:
             raise ValueError(f"word 1 is {words[1] & 0xFFFF:04X}h: bits 6, 11 and 13 to 15 are reserved")
-        for index in (3, 5, 7):
+        for index in (3, 5, 7):  # the LSWs of position, encoder and captured value
             require(f"word {index}", words[index], -LSW_MAX, LSW_MAX)
         bits = {name: bool(words[0] & mask) for name, mask in _MSW_FIELDS}
         bits |= {name: bool(words[1] & mask) for name, mask in _LSW_FIELDS}
@@ -157,15 +158,15 @@ class ConfigurationStatus:
         if words[4] or words[5]:
             raise ValueError(f"words 4 and 5 are {words[4]} and {words[5]}: in configuration mode they are 0")
         return cls(
-            (words[0] & ~LIVE_BITS & 0xFFFF, words[1], words[2], words[3]),
-            bool(words[0] & _CONFIG_ERROR),
-            bool(words[0] & _MODULE_OK),
-            Firmware(words[6], words[7]),
+            mirror=(words[0] & ~LIVE_BITS & 0xFFFF, words[1], words[2], words[3]),
+            config_error=bool(words[0] & _CONFIG_ERROR),
+            module_ok=bool(words[0] & _MODULE_OK),
+            firmware=Firmware(words[6], words[7]),
         )
 
 
 def _bit(word: int, mask: int) -> bool:
-    """Return a property that is true if a status bit is set; type checkers see a bool.
+    """Return a property that is true if a bit of status word 0 or 1 is set; type checkers see a bool.
 
     In configuration mode, bits 0 to 12 of word 0 mirror the configuration, so they are not status bits.
     """

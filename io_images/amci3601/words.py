@@ -51,7 +51,7 @@ class Profile(ModuleWords):
         rules: its rules by id, including the rules of a 3601.
         further_refusals: rules for absolute and relative moves that a 3601 lacks: the id and a function that
             tests a move.
-        untold: names of the command bits that its manual does not explain; the module refuses each by name.
+        undescribed: names of the command bits that its manual does not explain; the module refuses each.
         further: places of additional status bits, which a 3601 lacks, by name.
         further_errors: the errors among these bits, as a mask of `StatusBits`; Reset Errors clears them.
         refusals: ids of the rules that refuse a command; unrelated rules may fire in the same scan.
@@ -66,7 +66,7 @@ class Profile(ModuleWords):
     limits: Limits = field(default=LIMITS_3601, compare=False)
     rules: Mapping[str, Rule] = field(default_factory=lambda: RULES, compare=False, repr=False)
     further_refusals: tuple[tuple[str, Broken], ...] = field(default=(), compare=False, repr=False)
-    untold: frozenset[str] = field(default=frozenset(), compare=False)
+    undescribed: frozenset[str] = field(default=frozenset(), compare=False)
     further: Mapping[str, BitPlace] = field(init=False, compare=False)
     further_errors: int = field(init=False, compare=False)
     refusals: frozenset[str] = field(init=False, compare=False, repr=False)
@@ -74,12 +74,13 @@ class Profile(ModuleWords):
     view: type[StatusView] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        """Compute the fields without a parameter; refuse a profile that contradicts itself."""
         ModuleWords.__post_init__(self)
         status = self.groups["status"]
         self._check_status(status)
-        for name in self.untold:
+        for name in self.undescribed:
             if name not in self.groups["command"]:
-                raise ValueError(f"{self.message}: untold: no command bit {name!r}")
+                raise ValueError(f"{self.message}: undescribed: no command bit {name!r}")
         further_places = {name: place for name, place in status.items() if name not in _PLACES_3601}
         masks = {name: 1 << 16 * place.word + place.bit for name, place in status.items()}
         errors = sum(masks[name] for name in self.errors if name in further_places)
@@ -96,6 +97,7 @@ class Profile(ModuleWords):
         self._check_refusals()
 
     def _check_status(self, status: Mapping[str, BitPlace]) -> None:
+        """Raise a ValueError if a status bit is in a wrong place, or an error has no status bit."""
         for name, place in status.items():
             if place.image != "I" or place.word not in (0, 1) or _PLACES_3601.get(name, place) != place:
                 allowed = _PLACES_3601.get(name, "in word 0 or 1 of image I")

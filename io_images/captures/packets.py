@@ -118,6 +118,7 @@ class Capture:
             raise CaptureError(f"it is not a capture: it begins with {head.hex(' ') or 'nothing'}")
 
     def _counted(self, packet: Packet) -> Packet:
+        """Count a packet if it was truncated; return it."""
         self.cut_frames.add(packet)
         return packet
 
@@ -162,7 +163,7 @@ class Capture:
     # -- pcapng -----------------------------------------------------------------------------------
 
     def _blocks(self) -> Iterator[Packet]:
-        """Yield the packets of a pcapng file, after the type of the first block."""
+        """Yield the packets of a pcapng file; `packets` has already read the type of its first block."""
         byte_order = "<"
         interfaces: list[_Interface] = []
         kind, begin = SECTION, 0
@@ -171,7 +172,7 @@ class Capture:
             if not length_bytes:
                 return
             head = b""
-            if kind == SECTION:
+            if kind == SECTION:  # its byte order, needed for the length, comes after the length
                 head = self._read(4, begin)
                 if not head:
                     return
@@ -215,6 +216,7 @@ class Capture:
 
 
 def _byte_order(magic: bytes, begin: int) -> str:
+    """Return the byte order of a section, in the notation of `struct`, from its magic number."""
     for byte_order in "<>":
         if Struct(f"{byte_order}I").unpack(magic)[0] == BYTE_ORDER_MAGIC:
             return byte_order
@@ -222,6 +224,7 @@ def _byte_order(magic: bytes, begin: int) -> str:
 
 
 def _interface(body: bytes, order: str, begin: int) -> _Interface:
+    """Return the interface that a block describes; without an option, its time stamps are in µs."""
     if len(body) < 8:
         raise CaptureError(f"byte {begin}: an interface of {len(body)} bytes; must be at least 8")
     link_type = Struct(f"{order}H").unpack_from(body)[0]
@@ -236,7 +239,7 @@ def _interface(body: bytes, order: str, begin: int) -> _Interface:
             units = _units(value[0], begin)
         if code == OPTION_TSOFFSET and size == 8:
             offset_s = Struct(f"{order}q").unpack(value)[0]
-        offset += 4 + -(-size // 4) * 4
+        offset += 4 + -(-size // 4) * 4  # values are padded to 4 bytes
     return _Interface(link_type, units, offset_s)
 
 
@@ -249,6 +252,7 @@ def _units(resolution: int, begin: int) -> int:
 
 
 def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface]) -> Packet:
+    """Return the packet in an enhanced packet block; refuse an unknown interface and an impossible size."""
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
         raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; must be at least {head.size}")
@@ -263,8 +267,8 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
     interface = interfaces[number]
     data = body[head.size : head.size + captured_bytes]
     return Packet(
-        interface.at_ns(high_time << 32 | low_time),
-        interface.link_type,
-        data,
-        max(0, sent_bytes - captured_bytes),
+        at_ns=interface.at_ns(high_time << 32 | low_time),
+        link_type=interface.link_type,
+        data=data,
+        cut=max(0, sent_bytes - captured_bytes),
     )

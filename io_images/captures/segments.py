@@ -71,17 +71,17 @@ def segment_in(packet: Packet) -> Segment | None:
         return None
     source_port, target_port, sequence, next_sequence, offset, flags = _TCP.unpack_from(packet.data, begin)
     data_begin = begin + 4 * (offset >> 4)
-    if not begin + 20 <= data_begin <= end:
+    if not begin + 20 <= data_begin <= end:  # a TCP header has at least 20 bytes
         return None
     return Segment(
-        packet.at_ns,
-        (str(ip_address(payload.source)), source_port),
-        (str(ip_address(payload.target)), target_port),
-        sequence,
-        flags,
-        packet.data[data_begin:end] if end <= captured_bytes else b"",
-        next_sequence if flags & ACK else None,
-        end > max(captured_bytes, data_begin),
+        at_ns=packet.at_ns,
+        source=(str(ip_address(payload.source)), source_port),
+        target=(str(ip_address(payload.target)), target_port),
+        sequence=sequence,
+        flags=flags,
+        data=packet.data[data_begin:end] if end <= captured_bytes else b"",
+        acknowledged=next_sequence if flags & ACK else None,
+        cut=end > max(captured_bytes, data_begin),
     )
 
 
@@ -114,6 +114,7 @@ class _Payload(NamedTuple):
 
 
 def _ipv4(data: bytes, offset: int, frame_bytes: int) -> _Payload | None:
+    """Return the payload of an IPv4 packet; None for a fragment, another protocol or a truncated header."""
     if len(data) - offset < _IPV4.size:
         return None
     head, total_bytes, fragment, protocol, source, target = _IPV4.unpack_from(data, offset)
@@ -126,6 +127,10 @@ def _ipv4(data: bytes, offset: int, frame_bytes: int) -> _Payload | None:
 
 
 def _ipv6(data: bytes, offset: int, frame_bytes: int) -> _Payload | None:
+    """Return the payload of an IPv6 packet after its extension headers; None for another protocol.
+
+    A fragment has a header of another protocol. A truncated header also yields None.
+    """
     if len(data) - offset < _IPV6.size:
         return None
     _, payload_bytes, next_header, source, target = _IPV6.unpack_from(data, offset)

@@ -71,13 +71,14 @@ class Streams:
                 yield from self._take_chunks(key, direction)
 
     def _add(self, segment: Segment, at_ns: int) -> Iterator[Chunk]:
+        """Add a segment; yield the bytes now in order, including those that it acknowledges."""
         key = segment.source, segment.target
         direction = self._directions.setdefault(key, _Direction())
         self._directions.move_to_end(key)
         if len(self._directions) > CONNECTIONS_MAX:
             self._directions.popitem(last=False)
         first_byte = segment.sequence
-        if segment.flags & SYN:
+        if segment.flags & SYN:  # a new connection; SYN itself takes one number
             first_byte = (first_byte + 1) % _RING
             self._directions[key] = direction = _Direction(first_byte)
         if not segment.data and not segment.cut:
@@ -136,6 +137,7 @@ class Streams:
             yield self._chunk(key, direction, data)
 
     def _chunk(self, key: tuple[End, End], direction: _Direction, data: bytearray) -> Chunk:
+        """Return bytes as a chunk; the direction's next chunk is then without a gap before it."""
         after_gap, direction.after_gap, direction.gap_counted = direction.after_gap, False, False
         return Chunk(direction.passed_ns, *key, bytes(data), after_gap)
 

@@ -262,6 +262,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
             homing_timeout_s=words[4],
         )
     bits = Settings(words[0] | words[1] << 16)
+    # the build decides which value of the bit means the low word first
     low_first = bool(bits & Settings.BINARY_ENDIAN) is not build.low_word_first
     binary = NumberFormat.BINARY_LOW if low_first else NumberFormat.BINARY
     return DriveConfiguration(

@@ -199,6 +199,7 @@ def _places(image: str, masks: Iterable[tuple[IntFlag, int]]) -> dict[str, BitPl
 
 
 def _words_of(model: Model) -> ModuleWords:
+    """Return the words of a model, with each of its bits at the model's place."""
     groups = {
         "status": _places("I", ((bit, model.moved_status.get(bit, bit.value)) for bit in StatusBit)),
         "command": _places("O", ((bit, model.moved_commands.get(bit, bit.value)) for bit in CommandBit)),
@@ -212,7 +213,7 @@ def _words_of(model: Model) -> ModuleWords:
         _INPUTS,
         groups,
         errors=errors,
-        quantities=quantities if model.jerk else quantities[:-2],
+        quantities=quantities if model.jerk else quantities[:-2],  # motor current and jerk are last
         modes=Modes(StatusBit.MODE_CONFIG.value),
     )
 

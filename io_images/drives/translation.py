@@ -109,6 +109,7 @@ class DriveTranslation:
         self._commands = _places(COMMANDS, model.moved_commands)
         self._statuses = _places(STATUS, model.moved_status)
         functions = USUAL.functions(self.configuration) if model.layout is Layout.SMD else ()
+        # the inputs that capture, as a mask of status word 1
         self._capture = sum(
             1 << index for index, use in enumerate(functions) if use is InputFunction.CAPTURE_ENCODER
         )
@@ -132,7 +133,7 @@ class DriveTranslation:
         return self._configuration.input_format.join(inputs[first], inputs[first + 1]) or 0
 
     def status(self, inputs: Sequence[int]) -> list[int]:
-        """Translate the drive's ten input words to the eight of a 3601, signed."""
+        """Translate the drive's ten input words to a 3601's eight, signed; set `unfit` and `enabled`."""
         word0, word1 = inputs[0] & 0xFFFF, inputs[1] & 0xFFFF
         sends_configuration = self._words[0] < 0
         if word0 & StatusBit.MODE_CONFIG or (self.model.leaves_configuration and sends_configuration):
@@ -166,14 +167,17 @@ class DriveTranslation:
     # -- to the drive
 
     def command(self, words: Sequence[int]) -> list[int]:
-        """Translate a 3601's eight output words to the drive's ten, signed."""
+        """Translate a 3601's eight output words to the drive's ten, signed.
+
+        The words and a stored minimum distance are remembered for later translations.
+        """
         self._words = words
         if words[0] < 0:
             return [signed_word(word) for word in self.configuration]
         target = 1000 * words[2] + words[3]
         if words[1] & CommandLsw.STORE_MIN_REG:
             self._minimum_distance = target
-        registers = bool(words[0] & _JOGS and target)
+        is_registration = bool(words[0] & _JOGS and target)
         split_number = self._configuration.output_format.split
         outputs = [
             signed_word(sum({drive_bit for bit, drive_bit in self._commands if words[0] & bit})),
@@ -181,11 +185,11 @@ class DriveTranslation:
             *split_number(target),
             *split_number(1000 * words[4] + words[5]),
             *words[6:8],
-            *(split_number(self._minimum_distance) if registers else (0, self._jerk(words))),
+            *(split_number(self._minimum_distance) if is_registration else (0, self._jerk(words))),
         ]
         if self.model.layout is Layout.SMD:
             outputs[0] |= self._programming(words)
-            outputs[1] = signed_word(self._modifiers(words, registers))
+            outputs[1] = signed_word(self._modifiers(words, is_registration))
         return outputs
 
     @staticmethod
@@ -197,9 +201,10 @@ class DriveTranslation:
         return (CommandBit.PROGRAM_ASSEMBLED | CommandBit.READ_ASSEMBLED_DATA * bool(sends)).value
 
     @staticmethod
-    def _modifiers(words: Sequence[int], registers: bool) -> int:
+    def _modifiers(words: Sequence[int], is_registration: bool) -> int:
+        """Return the bits of command word 1, which change how the drive runs the command in word 0."""
         modifiers = Modifier.ENABLE_DRIVER
-        if registers:
+        if is_registration:
             modifiers |= Modifier.REGISTRATION_MOVE
         if words[0] & CommandMsw.RUN_BLEND_CCW:
             modifiers |= Modifier.REVERSE_BLEND

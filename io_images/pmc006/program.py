@@ -137,6 +137,7 @@ def assemble(text: str) -> UserProgram:
 
 
 def _instruction(words: list[str]) -> UserInstruction:
+    """Return the instruction that a line's words form; raise a ValueError if there is none."""
     name = SPELLINGS.get(words[0].upper(), words[0].upper())
     op = USER_OPS.get(name)
     if op is None:
@@ -172,6 +173,7 @@ def _number(name: str, field: str, word: str) -> int:
 
 
 def _warnings(number: int, line: UserInstruction) -> list[str]:
+    """Return a warning if data that the module takes is outside of the manual's table."""
     usual = USER_OPS[line.op].usual
     if usual is None or usual[0] <= line.data <= usual[1]:
         return []

@@ -83,6 +83,7 @@ _SEGMENT_CHOICES = pick(_as_tuple, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT
 
 @st.composite
 def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
+    """Draw a profile; each segment is long enough for its ramp, the last one also for the final ramp."""
     count, final_deceleration, final_type = draw(_headers(most))
     types: list[Acceleration] = []
     segments: list[BlendSegment] = []
@@ -90,7 +91,8 @@ def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
         acceleration, multiple, rate, length = draw(_SEGMENT_CHOICES)
         previous_speed = segments[-1].speed if segments else starting_speed
         speed = min(SEGMENT_SPEED_MAX, starting_speed * multiple)
-        speed += bool(segments) and speed == previous_speed
+        if segments and speed == previous_speed:  # neighbors of equal speed break PRF-06
+            speed += 1
         shortest = _ramp_steps(previous_speed, speed, rate)
         if number == count:
             shortest += _ramp_steps(speed, starting_speed, final_deceleration)
@@ -112,10 +114,12 @@ class _Damage(NamedTuple):
 
 
 def _same_speed(blocks: Sequence[Image]) -> _Damage:
+    """Return the damage that gives the last segment the speed of the one before."""
     return _Damage(-1, {4: blocks[-2][4], 5: blocks[-2][5]})
 
 
 def _too_slow(starting_speed: int) -> _Damage:
+    """Return the damage that gives the last segment a speed below the starting speed."""
     msw, lsw = split_thousands(starting_speed - 1)
     return _Damage(-1, {4: msw, 5: lsw})
 
@@ -160,6 +164,7 @@ def faulty_blends(
 
 
 def _with_fault(blocks: list[Image], rule: str, starting_speed: int) -> st.SearchStrategy[FaultyBlend]:
+    """Return a strategy of the blocks with a fault that breaks a rule; for "", without the last block."""
     if not rule:
         return st.just(FaultyBlend(blocks[:-1], rule))
     if rule == "PRF-06":

@@ -167,6 +167,7 @@ def _move_of(kind: MoveKind, steps: int, speed: int, rates: tuple[int, int], sha
 
 
 def _plain_moves(speeds: Sequence[int]) -> st.SearchStrategy[Image]:
+    """Return a strategy of images with a relative or absolute move."""
     return st.builds(
         _move_of,
         st.sampled_from((MoveKind.RELATIVE, MoveKind.ABSOLUTE)),
@@ -186,6 +187,8 @@ def _moves(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
 
 
 def _held_moves(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
+    """Return a strategy of long moves that are held after some time; some are then resumed."""
+
     def held(image: Image, ms: int, speed: int, resumed: bool) -> Act:
         showings = [Showing(image, ms), waiting(Hold().to_image())]
         if resumed:
@@ -222,6 +225,8 @@ def _released(image: Image) -> Image:
 
 
 def _manuals(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
+    """Return a strategy of manual moves that run for some time, until their bit is cleared."""
+
     def manual(image: Image, ms: int) -> Act:
         return acting("manual move", Showing(image, ms), waiting(_released(image)))
 
@@ -236,6 +241,8 @@ def _manuals(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
 
 
 def _registrations(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
+    """Return a strategy of registration moves, each after storing its minimum distance."""
+
     def registration(image: Image, ms: int, minimum_steps: int) -> Act:
         store = Showing(StoreMinimumRegistration(minimum_steps).to_image())
         return acting("registration move", store, IDLE, Showing(image, ms), waiting(_released(image)))
@@ -261,7 +268,9 @@ def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
     """
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:
-        other_speed = second if second != first else first + (1 if first < LIMITS_3601.speed else -1)
+        # segments in sequence must have different speeds
+        nearest_speed = first + 1 if first < LIMITS_3601.speed else first - 1
+        other_speed = second if second != first else nearest_speed
         length = max(1000, max(first, other_speed) ** 2 // 250_000)
         header = BlendHeader((shape, shape), 1000)
         segments = [BlendSegment(length, speed, 1000) for speed in (first, other_speed)]
@@ -282,6 +291,7 @@ def _followers() -> st.SearchStrategy[Act]:
 
 
 def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
+    """Return a strategy of acts with one illegal image, alone or during a move."""
     fast = 5 * starting_speed
     move = Move(MoveKind.RELATIVE, 3000, fast, 100, 50).to_image()
     wrong_images = [Hold().to_image(), Resume(fast, 100, 50).to_image()]

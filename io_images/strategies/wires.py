@@ -41,7 +41,10 @@ def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
 
 
 def _reads() -> st.SearchStrategy[bytes]:
+    """Return a strategy of Modbus PDUs that read a range inside a table of the PCL601."""
+
     def ranges(function: int) -> st.SearchStrategy[bytes]:
+        """Return a strategy of PDUs that read items with one of the functions."""
         table_size = READ_FUNCTIONS[function]
         return st.integers(0, table_size - 1).flatmap(
             lambda first: st.integers(1, table_size - first).map(
@@ -64,6 +67,7 @@ def _writes() -> st.SearchStrategy[bytes]:
 
 
 def _write(row: Row, value: int) -> bytes:
+    """Return the Modbus PDU that writes a register: function 6 for one word, 16 for several."""
     words = [word_of(value, word) for word in range(row.words)]
     start = row.address.to_bytes(2, "big")
     if row.words == 1:
@@ -73,6 +77,7 @@ def _write(row: Row, value: int) -> bytes:
 
 
 def _coils() -> st.SearchStrategy[bytes]:
+    """Return a strategy of Modbus PDUs that switch one output."""
     levels = st.booleans().map(lambda on: b"\xff\x00" if on else b"\x00\x00")
     return st.builds(
         lambda coil, level: bytes((5, 0, coil)) + level, st.integers(0, OUTPUT_COUNT - 1), levels
@@ -84,6 +89,7 @@ def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
     rows = [row for row in INSTRUCTIONS if row.kind is not Kind.ACTION]
 
     def frames(row: InstructionRow) -> st.SearchStrategy[bytes]:
+        """Return a strategy of frames of one instruction, with every allowed value if it takes one."""
         if row.values:
             data: st.SearchStrategy[int] = st.sampled_from(row.values)
         elif row.kind is Kind.READ or row.low is None or row.high is None:

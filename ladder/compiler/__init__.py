@@ -65,12 +65,17 @@ def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> Ob
     regions, interpreted = regions_of(lowered), interpreted_of(lowered)
 
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
+        """Return the function that runs one scan of an engine, with the routines bound to its memory.
+
+        The engine's `compiled` and `call_routine` are set to these routines.
+        """
         namespace: dict[str, Any] = {**services(engine, regions, interpreted), **observed}
         for name in text_names:
             namespace[name] = text_writer(int(name[len(PUT_TEXT) :]), forced=observation.forced)
         functions: dict[str, FunctionType] = {}
         for code in codes:
             closure = tuple(engine.memory.cells[name] for name in code.co_freevars)
+            # without inputs: () is the default of the last parameter
             function = FunctionType(code, namespace, code.co_name, ((),), closure)
             functions[code.co_name] = namespace[code.co_name] = function
         engine.compiled = {code: part.routine for code, part in zip(codes, text.parts, strict=True)}
@@ -90,6 +95,7 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
     assert engine.scheduler is not None
 
     def run(name: str, at_ns: int) -> None:
+        """Run a routine at a moment of the scan; then the engine has the scan's time again."""
         scan_ns, engine.now_ns = engine.now_ns, at_ns
         function = functions.get(name)
         try:
@@ -114,6 +120,7 @@ def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) 
 
 
 def _compiled(source: str | ast.Module, lines: Sequence[int], file: str) -> CodeType:
+    """Return the code of the function inside `program`, with its own line numbers; refuse one too large."""
     try:
         module = compile(source, file, "exec")
     except (MemoryError, RecursionError):
@@ -125,4 +132,5 @@ _cached = lru_cache(FUNCTIONS_KEPT)(_compiled)
 
 
 def _inner_code(code: CodeType) -> CodeType:
+    """Return the code of the only function that is defined in a code."""
     return next(constant for constant in code.co_consts if isinstance(constant, CodeType))

@@ -53,7 +53,10 @@ class _AlarmText(MemberText):
 
 
 def write_almd(rungs: RungWriter, power: str, group: Group, *operands: Resolved) -> None:
-    """Write ALMD."""
+    """Write ALMD: commands of program and operator, the timing of its condition, and the alarm's state.
+
+    The operands are ProgAck, ProgReset, ProgDisable and ProgEnable.
+    """
     alarm, power, block = _AlarmText(rungs, group), rungs.kept(power), rungs.writer.block
     alarm.set(EnableIn=power, EnableOut=power, In=power)
     alarm.copy(("ProgAck", "ProgReset", "ProgDisable", "ProgEnable"), operands)
@@ -83,7 +86,10 @@ def write_almd(rungs: RungWriter, power: str, group: Group, *operands: Resolved)
 
 
 def write_alma(rungs: RungWriter, power: str, group: Group, source: Resolved, *operands: Resolved) -> None:
-    """Write ALMA."""
+    """Write ALMA: on a true rung, the alarms of the four levels and of the rate of change.
+
+    The operands are ProgAckAll, ProgDisable and ProgEnable.
+    """
     alarm, power = _AlarmText(rungs, group), rungs.kept(power)
     alarm.set(EnableIn=power, EnableOut=power)
     with rungs.writer.block(f"if {power}:"):
@@ -101,6 +107,10 @@ def write_alma(rungs: RungWriter, power: str, group: Group, source: Resolved, *o
 
 
 def _write_limits(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
+    """Write the alarms of the four levels; one begins after MinDurationPRE beyond any of the limits.
+
+    While any level is in alarm, another one begins at once. Each ends inside its limit by the deadband.
+    """
     beyond = {}
     for name in ALARM_LEVELS:
         passed = f"{alarm['In']} {'>=' if name.startswith('H') else '<='} {alarm[f'{name}Limit']}"
@@ -115,6 +125,7 @@ def _write_limits(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
 
 
 def _write_level(alarm: _AlarmText, name: str, in_alarm: str, acknowledged: str) -> None:
+    """Write InAlarm, Acked and InAlarmUnack of one alarm; `in_alarm` is text for its new state."""
     required = alarm["AckRequired"]
     with alarm.block(f"if {in_alarm} and not {alarm[f'{name}InAlarm']}:"):
         alarm.set(**{f"{name}Acked": f"not {required}"})

@@ -31,6 +31,7 @@ def write_gsv(
 
 
 def _write_bytes(rungs: RungWriter, target: Place | Group, fetched: str) -> None:
+    """Write GSV for a structure in bytes, which receives at most its own size; interpret any other."""
     spot = rungs.writer.layout.byte_spot(target.path) if isinstance(target, Group) else None
     if spot is None:
         rungs.interpret()

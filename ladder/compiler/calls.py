@@ -84,6 +84,7 @@ def _elements_left(values: ValueWriter, leaf: Leaf, texts: Sequence[str], operan
 
 
 def _mask(values: ValueWriter, leaf: Leaf, operand: Place | Group) -> str:
+    """Return text for the mask of a bit, or of an InOut that may be a bit; "None" for a whole value."""
     if isinstance(operand, Place) and operand.bit is not None:
         if isinstance(operand.bit, Constant):
             return str(mask_of(leaf.type, int(operand.bit.value)))

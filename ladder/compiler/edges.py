@@ -12,7 +12,7 @@ from .rungs import RungWriter
 
 
 def write_once(rungs: RungWriter, power: str, *operands: Resolved) -> None:
-    """Write AVE, STD or SRT."""
+    """Write AVE, STD or SRT; the last operand is the control."""
     control = _control(rungs, operands[-1])
 
     def when_true() -> None:
@@ -27,7 +27,7 @@ def write_once(rungs: RungWriter, power: str, *operands: Resolved) -> None:
 
 
 def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None:
-    """Write FBC or DDT."""
+    """Write FBC or DDT; the last two operands are the controls of the search and of its results."""
     search, results = (_control(rungs, operand) for operand in operands[-2:])
 
     def when_true() -> None:
@@ -46,7 +46,7 @@ def write_message(rungs: RungWriter, power: str, group: Group) -> None:
     """Write MSG, which does nothing while it is idle or done and the rung does not change."""
     flags = rungs.values.keep(MemberText(rungs, group)["FLAGS"])
     power = rungs.kept(power)
-    enabled, over = (sum(1 << MESSAGE_BITS[name] for name in names) for names in (("EN",), ("DN", "ER")))
+    enabled, over = 1 << MESSAGE_BITS["EN"], 1 << MESSAGE_BITS["DN"] | 1 << MESSAGE_BITS["ER"]
     with rungs.writer.block(f"if not {power} or not {flags} & {over} if {flags} & {enabled} else {power}:"):
         rungs.interpret(power)
 

@@ -65,7 +65,8 @@ class ElementText:
         self.region = region_of(operand, extent=True)
         self.type = self.leaf.type
         texts = subscripts_kept(rungs.values, operand)
-        self.row = rungs.writer.name(self.leaf)
+        self.row = rungs.writer.name(self.leaf)  # variable of the list or view
+        # text for the index of the operand in `row`, and for the number of elements from there
         self.at = rungs.values.kept_number(rungs.values.offset(self.leaf, texts))
         self.left = rungs.values.kept_number(elements_left(rungs, self.region, texts))
 

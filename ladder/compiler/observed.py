@@ -153,6 +153,7 @@ class ForceInserter(ast.NodeTransformer):
 
 
 def _force(ident: str, *, in_part: bool) -> str:
+    """Return the line that forces a variable, or `in_part` only some of its bits."""
     if in_part:
         return f"{ident} = {ident} & {free_mask_variable(ident)} | {force_variable(ident)}"
     return f"{ident} = {force_variable(ident)}"

@@ -18,6 +18,7 @@ def _write_passes(
     The passes count toward the watchdog's limit; their backward jumps are counted at the end.
 
     Args:
+        mode: ALL for all elements in one scan, INC for one at each rising edge, or the number per scan.
         write_element: writes the code for the element at POS; its `break` ends the loop.
     """
     keep, line, block, site = rungs.values.keep, rungs.writer.line, rungs.writer.block, rungs.values.site
@@ -32,6 +33,7 @@ def _write_passes(
         with block(f"if not ({control['DN']} or {control['ER']}{waits}):"):
             control.check()
             passes = keep(control["LEN"] if mode == "ALL" else "1" if mode == "INC" else mode)
+            # ends early where the watchdog's limit is reached
             least = keep(f"max({passes} - faults.jumps_left, 0)")
             remaining = rungs.writer.temporary()
             line(f"{remaining} = {passes}")
@@ -53,7 +55,7 @@ def _write_passes(
 def write_fal(
     rungs: RungWriter, power: str, group: Group, mode: str, target: Place, expression: Resolved
 ) -> None:
-    """Write FAL."""
+    """Write FAL; an overflow sets ER and ends the passes."""
     control = ControlText(rungs, group)
     # an InOut can be another name of POS
     writes_pos = target.leaf == group.member("POS").leaf or target.leaf.root
@@ -71,7 +73,7 @@ def write_fal(
 
 
 def write_fsc(rungs: RungWriter, power: str, group: Group, mode: str, expression: Resolved) -> None:
-    """Write FSC."""
+    """Write FSC; after a match, the search waits while IN is set, then continues at the next element."""
     control, power, block = ControlText(rungs, group), rungs.kept(power), rungs.writer.block
     searches = rungs.values.keep("True")
     with block(f"if {control['FD']}:"):

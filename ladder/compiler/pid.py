@@ -55,7 +55,10 @@ def write_pid(
     inhold: Resolved,
     inhold_value: Resolved,
 ) -> None:
-    """Write PID."""
+    """Write PID: on a true rung, it computes OUT in percent and stores it, scaled, in `target`.
+
+    While `inhold` is true, OUT follows `inhold_value`.
+    """
     loop, power = _LoopText(rungs, group), rungs.kept(power)
     loop.set_bits(EN=power)
     with loop.block(f"if {power} and not {loop['UPD']} > 0:"):

@@ -163,10 +163,10 @@ class PlaceWriter(ABC):
             target = f"{target}[{element}]"
         bits = place.leaf.type.bits
         if isinstance(place.bit, Constant):
-            on = mask_of(place.leaf.type, int(place.bit.value))
-            off = ~on
-            changed = {"True": f"{target} | {on}", "False": f"{target} & {off}"}.get(power)
-            self.writer.line(f"{target} = {changed or f'{target} | {on} if {power} else {target} & {off}'}")
+            bit_mask = mask_of(place.leaf.type, int(place.bit.value))
+            on, off = f"{target} | {bit_mask}", f"{target} & {~bit_mask}"
+            changed = {"True": on, "False": off}.get(power)
+            self.writer.line(f"{target} = {changed or f'{on} if {power} else {off}'}")
             return
         mask = self.keep(f"1 << {self.index(place.bit, bits, place.text)}")
         self.writer.line(

@@ -56,8 +56,9 @@ class NotedRung:
         self._writer = rungs.writer
         self._leaves = any(step.spec.leaves for step in line.steps)
         self._powers: list[tuple[Above, ...]] = []  # conditions of power per instruction
-        self._guards: tuple[Above, ...] = ()
+        self._guards: tuple[Above, ...] = ()  # conditions of the branches around, outermost first
         self._power_as_above: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
+        # "" is constant power, whose threshold alone decides
         self._place_of_variable = {"": rungs.notes.places[line.number]}
         self._extra_places = 0
 
@@ -89,6 +90,10 @@ class NotedRung:
         return power
 
     def _step(self, step: LoweredStep, power: str) -> str:
+        """Write an instruction and add its power; return the variable with the power after it.
+
+        The power so far is noted first if the instruction may leave the routine.
+        """
         if step.spec.leaves:
             self._note_tuple()
         power = self._rungs.kept(self._rungs.step(step, power, needed=True))
@@ -100,6 +105,7 @@ class NotedRung:
         self._powers += [(*self._guards, self._power_as_above.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
+        """Write a run of inputs as one variable, the number passed; return the power after them."""
         first, *tests_after = (self._rungs.inline(step) for step in run)
         tests = [both(power, first), *tests_after]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
@@ -110,6 +116,10 @@ class NotedRung:
         return power_after
 
     def _branch(self, branch: Parallel, power: str) -> str:
+        """Write a branch; return the power after it.
+
+        A branch that does nothing without power is written in an `if`, which also skips its notes.
+        """
         if power in ("True", "False") or self._leaves or not self._is_idle_without_power(branch):
             return self._rungs.kept(either_of([self._series(leg, power) for leg in branch.legs]))
         result = self._rungs.values.keep("False")
@@ -145,6 +155,7 @@ class NotedRung:
         self._notes.read(self._line.number, tuple(map(self._reading, self._powers)))
 
     def _reading(self, powers: tuple[Above, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
+        """Return the entry of an instruction in the rung's `Reading`: one condition, then the others."""
         (first, least), *more = ((self._place_of_variable[name], threshold) for name, threshold in powers)
         return first, least, tuple(more)
 
@@ -164,6 +175,7 @@ class NotedRung:
 
 
 def _condition_text(name: str, threshold: int) -> str:
+    """Return text for a condition of power; without a variable, it is constant."""
     if not name:
         return "True" if threshold == _ALWAYS else "False"
     return f"{name} > {threshold}"
@@ -175,6 +187,7 @@ def _plain_outputs(nodes: tuple[Node, ...]) -> tuple[LoweredStep, ...]:
 
 
 def _acts_plainly(node: Node) -> bool:
+    """Return whether a node is an output that only acts when true, and always passes power on."""
     return (
         isinstance(node, LoweredStep)
         and node.kind is InstructionKind.OUTPUT

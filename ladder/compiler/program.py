@@ -74,7 +74,7 @@ def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> P
         lines = _function_lines(lowered, routine, functions, name, called, notes(key))
         parts.append(FunctionText(name, routine, lines))
     written: set[tuple[str, bool]] = set()
-    while waiting := sorted(called - written):
+    while waiting := sorted(called - written):  # an add-on routine may call others
         for key, based in waiting:
             name = function_name(key, based=based)
             routine = lowered.routines[key]
@@ -87,6 +87,10 @@ def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> P
 
 
 def _function_names(lowered: LoweredProgram) -> dict[str, str]:
+    """Return the function's name for each routine in capitals, except add-on routines.
+
+    Names of variables and other functions are avoided with underscores.
+    """
     used_names = set(lowered.layout.idents)
     names: dict[str, str] = {}
     for key, routine in lowered.routines.items():

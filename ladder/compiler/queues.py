@@ -25,7 +25,7 @@ from .rungs import RungWriter
 
 
 def write_load(rungs: RungWriter, power: str, source: Resolved, queue: Resolved, group: Group) -> None:
-    """Write FFL or LFL."""
+    """Write FFL or LFL, which store the source at POS when the rung becomes true and there is room."""
     if not _can_be_written(rungs, queue, source):
         rungs.interpret(power)
         return
@@ -48,13 +48,14 @@ def _can_be_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> boo
 
 
 def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
+    """Return whether a group is a structure that is stored in bytes."""
     return (
         not isinstance(operand.type, Elementary) and rungs.writer.layout.byte_spot(operand.path) is not None
     )
 
 
 def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: str) -> None:
-    """Write code that loads an item."""
+    """Write the copy of a source, a number or a structure in bytes, to an item of a queue."""
     line, keep = rungs.writer.line, rungs.values.keep
     if has_elements(rungs, queue):
         elements = ElementText(rungs, queue)
@@ -75,14 +76,16 @@ def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: st
 
 
 def _write_level(control: ControlText) -> None:
+    """Write whether the queue is full (DN) or empty (EM)."""
     control.set(DN=f"{control['POS']} >= {control['LEN']}")
     control.set(EM=f"{control['POS']} == 0")
 
 
 def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, Group], None]:
-    """Return the writer of FFU or LFU."""
+    """Return the writer of FFU, which unloads the first item, or of LFU, which unloads the last one."""
 
     def write(rungs: RungWriter, power: str, queue: Resolved, target: Resolved, group: Group) -> None:
+        """Write the instruction, which unloads an item into `target` when the rung becomes true."""
         if not _can_be_written(rungs, queue, target):
             rungs.interpret(power)
             return
@@ -152,6 +155,10 @@ def _write_unloaded_structure(
 def _write_move_down(
     rungs: RungWriter, queue: Resolved, elements: tuple[str, str, str], control: ControlText, zero: str
 ) -> None:
+    """Write the call that moves items down by one and puts `zero` after them.
+
+    The elements are text for a list, the index of its first item, and the number of items from there.
+    """
     assert isinstance(queue, (Place, Group))
     row, offset, left = elements
     arguments = f"{rungs.values.site}, {queue.text!r}, {row}, {offset}, {control['LEN']}, {left}, {zero}"
@@ -165,6 +172,7 @@ def write_shift(left: bool) -> Callable[[RungWriter, str, Resolved, Group, Place
     """Return the writer of BSL or BSR."""
 
     def write(rungs: RungWriter, power: str, array: Resolved, group: Group, source: Place) -> None:
+        """Write the instruction, which shifts LEN bits by one when the rung becomes true."""
         control, block = ControlText(rungs, group), rungs.writer.block
         if not has_elements(rungs, array):
             rungs.interpret(power)
@@ -190,6 +198,7 @@ def write_shift(left: bool) -> Callable[[RungWriter, str, Resolved, Group, Place
 def _write_moved_bits(
     rungs: RungWriter, elements: ElementText, control: ControlText, source: Place, *, left: bool
 ) -> None:
+    """Write the shift of LEN bits: the source's bit enters, and the bit that leaves becomes UL."""
     values = rungs.values
     length = values.keep(control["LEN"])
     arguments = f"{elements.left}, {elements.left}, {values.site}, {elements.region.text!r}"

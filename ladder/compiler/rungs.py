@@ -60,6 +60,7 @@ class RungWriter:
         return power
 
     def _branch(self, branch: Parallel, power: str, *, needed: bool) -> str:
+        """Write a branch; return the power after it, valid only if `needed`."""
         if all(_is_inline(node, safe=True) for leg in branch.legs for node in leg):
             legs = [self.series(leg, "True", needed=True) for leg in branch.legs]
             return both(power, either_of(legs))
@@ -69,6 +70,7 @@ class RungWriter:
             leg_power = self.series(leg, power, needed=needed)
             if needed:
                 ends.append(leg_power if leg_power == power else self.kept(leg_power))
+        # a leg that passes the power on unchanged decides for all
         return power if not needed or power in ends else either_of(ends)
 
     def kept(self, power: str) -> str:
@@ -106,6 +108,7 @@ class RungWriter:
         return power
 
     def _write(self, step: LoweredStep, *power: str) -> str:
+        """Write an instruction; return an input's truth, the power after one that decides, or else ""."""
         self.writer.instructions += 1
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
@@ -124,11 +127,13 @@ class RungWriter:
         return self.values.keep(self._interpretation())
 
     def _interpretation(self, *power: str) -> str:
+        """Return text for the interpreter's call for the current instruction, with an add-on's stores."""
         frame = self.values.stores()
         arguments = [str(self.values.site), *power, *([f"frame={frame}"] if frame else [])]
         return f"interpret({', '.join(arguments)})"
 
     def _input(self, step: LoweredStep, power: str) -> str:
+        """Write an input; return the power after it. One that needs lines is evaluated only with power."""
         if _is_inline(step):
             return both(power, self._write(step))
         if power == "True":

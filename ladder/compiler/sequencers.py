@@ -57,7 +57,7 @@ def _write_step(rungs: RungWriter, control: ControlText) -> str:
 def write_sqo(
     rungs: RungWriter, power: str, table: Resolved, mask: Resolved, target: Place, group: Group
 ) -> None:
-    """Write SQO."""
+    """Write SQO, which moves to the next step when the rung becomes true; a true rung outputs the step."""
     if not has_elements(rungs, table):
         rungs.interpret(power)
         return
@@ -74,7 +74,7 @@ def write_sqo(
 
 
 def write_sql(rungs: RungWriter, power: str, table: Resolved, source: Resolved, group: Group) -> None:
-    """Write SQL."""
+    """Write SQL, which moves to the next step and stores the source in it when the rung becomes true."""
     if not has_elements(rungs, table):
         rungs.interpret(power)
         return

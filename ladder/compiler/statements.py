@@ -33,6 +33,10 @@ class StatementWriter:
                 self._loop(statement)
 
     def _act(self, line: LoweredLine) -> None:
+        """Write a single statement, and note whether it was true if its line is observed.
+
+        A statement that may leave the routine is noted before it acts.
+        """
         self._writer.begin(line)
         noted = self._is_noted(line)
         leaves = noted and _step_of(line).spec.leaves
@@ -46,11 +50,13 @@ class StatementWriter:
         return self._rungs.notes.place(line.number) is not None
 
     def _note(self, line: LoweredLine, power: str) -> None:
+        """Write the note of a line's truth, which stays true if an earlier run in the scan was true."""
         note = self._rungs.notes.place(line.number)
         truth = "True" if power == "True" else f"{power} or {note} == (True,)"
         self._writer.line(f"{note} = ({truth},)")
 
     def _condition(self, line: LoweredLine) -> str:
+        """Write the line of a condition, and its note if it is observed; return text for the condition."""
         text = self._head(line)
         if self._is_noted(line):
             text = self._rungs.values.keep(text)
@@ -58,6 +64,7 @@ class StatementWriter:
         return text
 
     def _head(self, line: LoweredLine) -> str:
+        """Begin the line of a condition or a selector; return text for its value."""
         self._writer.begin(line)
         step = _step_of(line)
         self._rungs.values.site = step.site
@@ -71,6 +78,7 @@ class StatementWriter:
     # --- IF
 
     def _arms(self, arms: Arms) -> None:
+        """Write IF, ELSIF and ELSE; the arm is selected first if a later condition needs extra lines."""
         lines = [line for line, _ in arms.arms]
         if all(map(self._is_one_expression, lines[1:])):
             for position, (line, body) in enumerate(arms.arms):
@@ -99,6 +107,7 @@ class StatementWriter:
     # --- CASE
 
     def _selection(self, selection: Selection) -> None:
+        """Write CASE: the selector is stored, and compared with the ranges of each choice."""
         value = self._writer.lasting()
         self._writer.line(f"{value} = {self._head(selection.line)}")
         if self._is_noted(selection.line):
@@ -112,12 +121,14 @@ class StatementWriter:
             self._write_block("else:" if selection.choices else "if True:", selection.otherwise)
 
     def _in_range(self, value: str, low: Constant, high: Constant, width: int) -> str:
+        """Return text for the test of a selector against a range, or against a single value."""
         least, most = (self._rungs.values.term(bound, width).text for bound in (low, high))
         return f"{value} == {least}" if least == most else f"{least} <= {value} <= {most}"
 
     # --- loops
 
     def _loop(self, loop: Loop) -> None:
+        """Write a loop, whose passes the watchdog counts; a test that needs lines is in its body."""
         if loop.start is not None:
             self._act(loop.start)
         plain = loop.test is not None and self._is_one_expression(loop.test)
@@ -133,6 +144,7 @@ class StatementWriter:
             self._writer.line(f"jumped_back({loop.site})")
 
     def _leave(self, condition: str) -> None:
+        """Write the end of a loop if a condition is true."""
         with self._writer.block(f"if {condition}:"):
             self._writer.line("break")
 

@@ -27,22 +27,22 @@ class Term:
 
 
 def integer_operation(name: str, terms: list[Term], site: int) -> Term:
-    """Return an integer operation without wrapping."""
+    """Return an integer operation without wrapping, with the range of its result."""
     texts = [term.text for term in terms]
     a = terms[0]
     b = terms[-1]
-    size = max(abs(bound) for term in terms for bound in (term.low, term.high))
+    largest = max(abs(bound) for term in terms for bound in (term.low, term.high))
     if name in ("+", "-", "*"):
         low, high = _RANGES[name](a, b)
         return Term(f"({texts[0]} {name} {texts[1]})", low, high)
     if name in ("/", "MOD"):
         function = "divide" if name == "/" else "modulo"
-        return Term(f"{function}({site}, {texts[0]}, {texts[1]})", -size, size)
+        return Term(f"{function}({site}, {texts[0]}, {texts[1]})", -largest, largest)
     if name in ("AND", "OR", "XOR"):
-        bits = size.bit_length()
+        bits = largest.bit_length()
         sign = {"AND": "&", "OR": "|", "XOR": "^"}[name]
         return Term(f"({texts[0]} {sign} {texts[1]})", -(1 << bits), (1 << bits) - 1)
-    if name == "**":
+    if name == "**":  # the range is wider than that of a float
         return Term(f"truncated(power(float({texts[0]}), float({texts[1]})))", -(1 << 4000), 1 << 4000)
     if name == "NOT":
         return Term(f"(~{texts[0]})", ~a.high, ~a.low)
@@ -50,7 +50,7 @@ def integer_operation(name: str, terms: list[Term], site: int) -> Term:
         return Term(f"(-{texts[0]})", -a.high, -a.low)
     row = FUNCTIONS[name]
     assert row.whole is not None
-    return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, row.most or size)
+    return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, row.most or largest)
 
 
 def times(text: str, stride: int) -> str:
@@ -92,6 +92,7 @@ CARRIES: dict[str, Callable[[str, str, int], str]] = {
 
 
 def _product(a: Term, b: Term) -> tuple[int, int]:
+    """Return the lowest and highest value of a product."""
     corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
     return min(corners), max(corners)
 

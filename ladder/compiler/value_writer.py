@@ -156,7 +156,7 @@ class ValueWriter(PlaceWriter):
         return Term(value, -half, half - 1)
 
     def real_operation(self, name: str, terms: list[Term], width: int) -> Term:
-        """Return an operation in SINGLE or DOUBLE."""
+        """Return an operation in SINGLE or DOUBLE; its text records a fault if the result is not finite."""
         texts = [term.text for term in terms]
         kind = "real" if width == SINGLE else "double"
         if name in ("+", "-", "*", "**"):
@@ -176,6 +176,7 @@ class ValueWriter(PlaceWriter):
         return Term(result, real=True, double=width == DOUBLE)
 
     def _real_function(self, name: str, argument: str, width: int) -> str:
+        """Return text for a function in SINGLE or DOUBLE, with a check of the result unless it is safe."""
         function = FUNCTIONS[name]
         if function.safe:
             is_exact = width != SINGLE or name in ("ABS", "TRN")  # exact for a REAL
@@ -206,6 +207,7 @@ class ValueWriter(PlaceWriter):
         self.store(target, self.term(expression, width), width if width <= 0 else LINT.bits)
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> None:
+        """Write S:C, the carry of an operator on its operands as unsigned numbers."""
         mask = (1 << width) - 1
         texts = [f"({self.term(operand, width).text} & {mask})" for operand in operands]
         self.set_flag("S:C", CARRIES[name](texts[0], texts[-1], mask))
@@ -261,4 +263,5 @@ class ValueWriter(PlaceWriter):
 
 
 def _simple(text: str) -> bool:
+    """Return whether text is a name or a number, which may be repeated without a calculation."""
     return text.isidentifier() or text.replace(".", "").isdigit()

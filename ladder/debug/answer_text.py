@@ -67,6 +67,7 @@ def _folded(line: str) -> list[str]:
 
 
 def _scan_text(link: CauseLink) -> str:
+    """Return a link's scan as text; "" if its own text has the time, or for scan 0."""
     return "" if link.kind in AT_REST or not link.scan else f" (scan {link.scan:,})"
 
 
@@ -91,10 +92,12 @@ def _ends(link: CauseLink) -> Iterator[CauseLink]:
 
 
 def _line(head: str, link: CauseLink, scan: str = "") -> str:
+    """Return the line of a link, cut to `LONGEST` characters."""
     return _cut(_full_line(head, link, scan))
 
 
 def _full_line(head: str, link: CauseLink, scan: str = "", also: str = "") -> str:
+    """Return the line of a link, uncut: its value or wait, time, place and text; `also` comes last."""
     time_text = f"{seconds(link.now_ns)} s{scan}"
     if link.kind == "wait":
         site = link.site
@@ -108,6 +111,7 @@ def _full_line(head: str, link: CauseLink, scan: str = "", also: str = "") -> st
 
 
 def _includes_time(link: CauseLink) -> bool:
+    """Return whether a link needs no `since`: its text has the time or says never, or it has no value."""
     return link.kind in AT_REST or link.value is None or (not link.scan and "never" in link.text)
 
 
@@ -124,6 +128,7 @@ def _wrapped(text: str, most: int) -> list[str]:
 
 
 def _state(link: CauseLink) -> str:
+    """Return the name and value of a link, such as `Lamp is off`; the name alone without a value."""
     value = link.value
     if value is None:
         return link.name
@@ -135,6 +140,7 @@ def _state(link: CauseLink) -> str:
 
 
 def _place_and_text(link: CauseLink) -> str:
+    """Return the place, text and values of a link, such as `Main rung 0: XIC(Stop)`."""
     site = link.site
     place = ""
     if site is not None:

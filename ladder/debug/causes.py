@@ -156,6 +156,10 @@ class Causes:
         return []
 
     def _changes_in(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
+        """Yield the changes of cells in a scan, or before a place in it; from outside, without a write.
+
+        In a whole scan, a value that was changed and changed back counts as unchanged.
+        """
         execution = self.execution(scan)
         for cell in cells:
             write = execution.last_write(cell, order)
@@ -281,6 +285,7 @@ class Causes:
         return _alternatives([self._node_causes(node, run, previous_run, scan) for node in blocking])
 
     def _node_causes(self, node: Node, run: LineRun, previous_run: LineRun, scan: int) -> list[list[Cause]]:
+        """Return what made a contact or a branch conduct or block, unlike in the previous scan."""
         if isinstance(node, LoweredStep):
             return [[cause] for cause in self._changed_reads(run.steps[id(node)], scan)]
         conducts = _truth(node, run)
@@ -289,6 +294,7 @@ class Causes:
             for leg in node.legs
             if _series_truth(leg, run) == conducts and _series_truth(leg, previous_run) != conducts
         ]
+        # one leg is enough to conduct; to block, all legs are needed
         by_leg = [self._series_causes(leg, run, previous_run, scan) for leg in legs]
         return _alternatives(by_leg) if conducts else [group for groups in by_leg for group in groups]
 
@@ -370,6 +376,7 @@ def nodes_before(entry: StepRun) -> Iterator[Node]:
 
 
 def _nodes_before(nodes: Sequence[Node], step: LoweredStep) -> Iterator[Node]:
+    """Yield the nodes in series before an instruction, including those in the branch legs around it."""
     for node in nodes:
         if node is step:
             return
@@ -382,6 +389,7 @@ def _nodes_before(nodes: Sequence[Node], step: LoweredStep) -> Iterator[Node]:
 
 
 def _contains(nodes: Sequence[Node], step: LoweredStep) -> bool:
+    """Return whether an instruction is among nodes, or in a branch among them."""
     return any(
         any(_contains(leg, step) for leg in node.legs) if isinstance(node, Parallel) else node is step
         for node in nodes
@@ -407,6 +415,7 @@ def _truth(node: Node, run: LineRun) -> bool | None:
 
 
 def _series_truth(nodes: Sequence[Node], run: LineRun) -> bool | None:
+    """Return whether nodes in series conduct in a run; None if it is not known."""
     truths = [_truth(node, run) for node in nodes]
     if False in truths:
         return False

@@ -89,6 +89,7 @@ def is_counted(operand: Place | Group) -> bool:
 
 
 def _cells_in(group: Group, counts: bool) -> Iterator[Cell]:
+    """Yield the cells of a group's visible members; of a timer or counter, only bits unless `counts`."""
     for leaf in leaves_in(group):
         if HIDDEN in leaf.path or (is_counted(group) and not counts and not leaf.type.is_bool):
             continue

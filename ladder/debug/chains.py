@@ -256,7 +256,7 @@ class Chains:
         return CauseLink("power-up", *common, origin.write.mode or "the start of the scan")
 
     def _outside_link(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
-        """Return the link of a change that was made between two scans."""
+        """Return the link of a change between two scans: an input, a force, or a value that was set."""
         cell, scan = origin.cell, origin.scan
         leaf, written = cell.leaf, self.causes.written(cell, scan)
         if leaf.is_image and not leaf.output and not written:
@@ -292,6 +292,7 @@ class Chains:
         return entry
 
     def _site(self, entry: StepRun) -> Site:
+        """Return the place of an instruction, or of the call that contains it, in the user's program."""
         return self.lowered.sites[self._outermost(entry).number]
 
     def _without_calls(

@@ -99,6 +99,7 @@ class CrossReference:
             return _one_contains_other(path, operand.path)
 
         def written(mention: Mention) -> bool:
+            """Return whether a mention's operand contains the value, or may contain it."""
             where = mention.where
             if isinstance(where, Group):
                 return f"{path}.".startswith(f"{where.path.upper()}.")
@@ -173,6 +174,10 @@ def _call_mentions(
     matches: Callable[[Place | Group], bool],
     visited: set[object],
 ) -> Iterator[Mention]:
+    """Yield the mentions inside an add-on call, with its arguments instead of the parameters.
+
+    Nothing is yielded if no argument matches, or if an equal call was visited.
+    """
     handed = {name: placed(operand) for name, operand in call.handed.items()}
     handed[OWN] = placed(call.instance)
     call_key = (call.name, *((name, argument.text) for name, argument in handed.items()))
@@ -209,6 +214,7 @@ def placed_in(
 
 
 def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], index: Resolved) -> Resolved:
+    """Return a subscript of an add-on's operand as a subscript of the program."""
     if isinstance(index, Calculation):
         return Calculation(
             index.name, tuple(_placed_index(lowered, handed, operand) for operand in index.operands)
@@ -217,6 +223,7 @@ def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], 
 
 
 def _without_duplicates(mentions: Iterable[Mention]) -> Iterator[Mention]:
+    """Yield mentions; outside of rungs, each text only once."""
     texts: set[str] = set()
     for mention in mentions:
         if mention.site.unit == "rung" or str(mention) not in texts:

@@ -250,6 +250,7 @@ class Debugger:
         return self.stops
 
     def _run_scan(self, now_ns: int, first: bool) -> None:
+        """Run one scan, uninstrumented if nothing is observed and nothing was written from outside."""
         engine, outside = self._engine, self._outside
         if outside or not self._plain:
             self._run_observed_scan(engine, now_ns, first=first)
@@ -262,6 +263,7 @@ class Debugger:
             memory.outside = outside
 
     def _run_observed_scan(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
+        """Run one scan: note power, remember its inputs, and evaluate the breakpoints after it."""
         engine.watching = self.interpreted
         self._note_power(engine)
         writes = tuple(self._outside)
@@ -358,6 +360,7 @@ class Debugger:
         self._update_plain()
 
     def _evaluate_breakpoints(self) -> None:
+        """Set `stops` to the breakpoints that the latest scan met; keep its truths and values."""
         if not self._on_rungs and not self._on_tags:
             self.stops = ()
             return
@@ -376,6 +379,7 @@ class Debugger:
         self.stops = tuple([BreakpointStop(engine.scans - 1, engine.now_ns, text) for text in stops])
 
     def _is_true(self, line: LineKey) -> bool:
+        """Return whether power reached the end of a line in the latest scan."""
         engine = self._engine
         if not engine.watching and not engine.broken_off:
             return engine.true_at_end(line)
@@ -383,6 +387,7 @@ class Debugger:
         return bool(truth) and truth[-1]
 
     def _stop_text(self, line: LineKey, *, runs: bool, true: bool) -> str:
+        """Return the text of a breakpoint on a rung or line, which says whether it is true or runs."""
         routine, rung = self._routine(line[0]), line[1]
         verb = "is true" if true else "is not true"
         if runs or (true and routine.statements is not None):
@@ -446,9 +451,11 @@ class Debugger:
         return {name: value for name, (_place, value) in self._forces.items()}
 
     def _forced_name(self, tag: str) -> str:
+        """Return the name by which `_forces` has a tag: the address in an image, or the full name."""
         return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
     def _single_place(self, tag: str) -> Place:
+        """Return the place of a tag to force; raise a ValueError for an image or several values."""
         place = self._resolver.named(tag)
         if isinstance(place, Group) or place.can_fault:
             raise ValueError(f"{tag} is not a single value with constant subscripts; force single values")
@@ -483,6 +490,10 @@ class Debugger:
         self._pictured = self.scans
 
     def _latest_truths(self) -> Truths:
+        """Return the power of all rungs in the latest scan, which is repeated unless it was noted.
+
+        The power of all rungs is noted in the next `PICTURED` scans.
+        """
         self.note_power()
         self._update_plain()
         if self._truths_of != self.scans:
@@ -509,6 +520,7 @@ class Debugger:
 
     @property
     def _past(self) -> Replayer:
+        """The replayer of the remembered scans, created when it is first needed."""
         if self._replayer is None:
             engine = TracedEngine(self._engine.lowered, self.program.scanner)
             engine.variants = self._engine.variants
@@ -594,6 +606,7 @@ class Debugger:
         return Inquiry(self._engine, self._past, self._journal.latest, self._forces, self.cross_reference)
 
     def _routine(self, name: str) -> Routine:
+        """Return a routine by its name in any case; raise a LadderError if there is none."""
         for routine in self.program.routines:
             if routine.name.upper() == name.upper():
                 return routine

@@ -146,12 +146,14 @@ class TracedMemory(WatchedMemory):
 
     @override
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
+        """Return elements; note each of them."""
         if self.noted is None:
             return super().elements(leaf, begin, count)
         return [self.read(leaf, index) for index in range(begin, begin + count)]
 
     @override
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value without noting what that reads."""
         with self.unnoted():
             super().write(leaf, index, value)
 
@@ -173,11 +175,11 @@ class TracedInterpreter(WatchedInterpreter):
 
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)
-        self._runs: list[LineRun] = []
-        self._steps: list[StepRun] = []
-        self._heads: tuple[StepRun, ...] = ()
-        self._ahead: tuple[StepRun, ...] = ()
-        self._times: Counter[tuple[object, ...]] = Counter()
+        self._runs: list[LineRun] = []  # current runs, the innermost last
+        self._steps: list[StepRun] = []  # as `_runs`
+        self._heads: tuple[StepRun, ...] = ()  # conditions around the current statement
+        self._ahead: tuple[StepRun, ...] = ()  # contacts just before the current instruction
+        self._times: Counter[tuple[object, ...]] = Counter()  # runs of each line in this scan
 
     @property
     def step_run(self) -> StepRun | None:
@@ -186,6 +188,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def scan(self, now_ns: int) -> None:
+        """Run a scan; forget the runs of the previous one."""
         self._runs.clear()
         self._steps.clear()
         self._times.clear()
@@ -194,6 +197,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
+        """Run a line and record its run, numbered among the line's runs in this scan."""
         execution = self.execution
         if execution is None:
             return super()._line(line, inputs, statement=statement)
@@ -211,6 +215,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
+        """Run a body whose condition, in its latest run, is the innermost head of the runs."""
         outer = self._heads
         execution = self.execution
         if execution is not None:
@@ -223,11 +228,13 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def _step(self, step: LoweredStep, power: bool) -> bool:
+        """Run an instruction; record its run with its power, its reads, and whether it conducts."""
         execution = self.execution
         if execution is None or not self._runs:
             return super()._step(step, power)
         parent = self._steps[-1] if self._silent else None
-        entry = StepRun(execution.next(), step, self._runs[-1], power, parent, self._ahead if parent else ())
+        ahead = self._ahead if parent else ()
+        entry = StepRun(execution.next(), step, self._runs[-1], power, parent, ahead)
         entry.run.steps[id(step)] = entry
         outer, self.memory.noted = self.memory.noted, []
         heads, self._heads = self._heads, ()
@@ -247,6 +254,7 @@ class TracedInterpreter(WatchedInterpreter):
             self.memory.noted, self._heads = outer, heads
 
     def _copied(self, step: LoweredStep) -> tuple[InterpretedAddOnStore, InterpretedAddOnStore] | None:
+        """Return the stores that a COP copies between; None for a constant, or if an address faults."""
         source, destination = step.operands[:2]
         if not isinstance(source, (Place, Group)):
             return None
@@ -276,6 +284,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def get(self, place: Place) -> Value:
+        """Return a value; the memory's note of its word becomes a read of the value or bit."""
         value = super().get(place)
         noted = self.memory.noted
         if noted and self._steps:
@@ -285,6 +294,7 @@ class TracedInterpreter(WatchedInterpreter):
         return value
 
     def _read(self, place: Place, leaf: Leaf, index: int, value: Value) -> Read:
+        """Return a read of a place: its cell, or its bit; in an add-on instruction, named by the cell."""
         mask = None
         store = self.store_of(place.leaf.root)
         if place.bit is not None:
@@ -314,6 +324,7 @@ class TracedEngine(WatchedEngine):
 
     @override
     def _scan_at(self, now_ns: int, first: bool) -> None:
+        """Run a scan; if it is watched and traced, record it as a new `execution`."""
         if self.watching and self.traced:
             self.execution = self.interpreter.execution = Execution(self.scans, now_ns)
         try:
@@ -323,6 +334,7 @@ class TracedEngine(WatchedEngine):
 
     @override
     def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:
+        """Record a change as a write of the current instruction; prescan and postscan have no writer."""
         super()._changed(leaf, index, before, after)
         interpreter = self.interpreter
         execution = interpreter.execution

@@ -47,6 +47,7 @@ def forced_values(layout: Layout, forces: Forces) -> tuple[ForcedValue, ...]:
 
 
 def _forced_value(leaf: Leaf, index: int, force: Force) -> ForcedValue:
+    """Return a force as a forced value, whose bits and free mask fit the leaf's type."""
     mask, value = force
     if mask is None:
         return ForcedValue(leaf, index, None, value)
@@ -66,6 +67,7 @@ class ForcedList(list[Any]):
 
     @override
     def __setitem__(self, position: Any, value: Any) -> None:
+        """Set an element except its forced bits, or a slice, after which all elements are forced again."""
         if position.__class__ is int:
             forces = self.forces.get(position)
             super().__setitem__(position, value if forces is None else forces.merged(value))
@@ -74,6 +76,7 @@ class ForcedList(list[Any]):
         self._force()
 
     def _force(self) -> None:
+        """Force all elements again."""
         for number, forces in self.forces.items():
             super().__setitem__(number, forces.merged(self[number]))
 
@@ -101,7 +104,7 @@ class ForcedBytes(TagBytes):
 
     def __init__(self, free: TagBytes, forces: Mapping[tuple[str, int], ForcedValue]) -> None:
         self.free, self.forces = free, forces
-        for name in TagBytes.__slots__:
+        for name in TagBytes.__slots__:  # every view forces after a write
             if name == "hidden":
                 self.hidden = free.hidden
             elif hasattr(free, name):
@@ -109,6 +112,7 @@ class ForcedBytes(TagBytes):
         self._force()
 
     def _force(self) -> None:
+        """Force all elements again, in the tag without forces."""
         for position, forces in self.forces.items():
             self.free.put(*position, forces.merged(self.free.get(*position)))
 

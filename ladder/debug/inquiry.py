@@ -55,6 +55,7 @@ class Inquiry:
         return "\n".join([self._why(tag), *waits])
 
     def _why(self, tag: str) -> str:
+        """Explain a tag's value by its force, its last change, its module, or its possible writers."""
         value = self._engine.tags[tag]
         operand = self._resolver.named(tag)
         address = operand.address if isinstance(operand, Place) else None

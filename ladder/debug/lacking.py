@@ -88,7 +88,7 @@ class Lacking:
             yield from self._before_run(entry.run.caller)
 
     def _false_contacts(self, node: Node, run: LineRun) -> list[tuple[Read, StepRun]]:
-        """Return the reads of the false contacts in a part of a rung."""
+        """Return the reads of the false contacts in a part of a rung; in a branch, of the nearest leg."""
         if isinstance(node, Parallel):
             return _fewest(
                 [
@@ -122,6 +122,7 @@ class Lacking:
 
 
 def _calls_routine(operand: object, routine: str, entry: StepRun, instance: str) -> bool:
+    """Return whether an operand calls a routine; for an add-on routine, with this instance."""
     if isinstance(operand, Call):
         return operand.routine == routine
     if not isinstance(operand, AddOnCall):

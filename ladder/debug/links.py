@@ -127,6 +127,7 @@ class CauseLink:
 
     @property
     def _key(self) -> tuple[object, ...]:
+        """What a repeated link in a path has in common with the first one: name, value, place and kind."""
         site = self.site
         place = None if site is None else (site.routine, site.rung, site.file, site.line)
         return self.name, self.value, place, self.kind
@@ -153,6 +154,7 @@ class CauseLink:
 
 
 def _as_json(link: CauseLink, numbers: Mapping[CauseLink, int]) -> dict[str, Any]:
+    """Return a link as JSON values; `numbers` has the indexes of links in the list of `as_json`."""
     site = link.site or NOWHERE
     place = {
         "program": site.program,
@@ -222,6 +224,7 @@ def _value(value: Value | str | None) -> str:
 
 
 def _lines(link: CauseLink, routine: str, indent: str, printed: set[CauseLink]) -> Iterator[str]:
+    """Yield a chain as lines; single causes continue their line, and a printed link is not repeated."""
     line = f"{indent}{link_text(link, routine)}"
     while len(link.causes) == 1 and len(link.causes[0]) == 1 and link not in printed:
         printed.add(link)
@@ -229,14 +232,12 @@ def _lines(link: CauseLink, routine: str, indent: str, printed: set[CauseLink]) 
         (link,) = link.causes[0]
         line += f" <- {link_text(link, routine)}"
     if link.causes and len(indent) > NESTED:
-        line += f" <- ... <- {link_text(link.first)}"
+        yield f"{line} <- ... <- {link_text(link.first)}"
     elif link.causes and link in printed:
-        line += " <- as above"
+        yield f"{line} <- as above"
     else:
         yield line
         yield from _branches(link, routine, indent, printed)
-        return
-    yield line
 
 
 def _branches(link: CauseLink, routine: str, indent: str, printed: set[CauseLink]) -> Iterator[str]:

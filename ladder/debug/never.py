@@ -79,6 +79,7 @@ class Never:
         return chain or self._writers_link(cell, name, value, visited)
 
     def _read_link(self, read: Read, visited: tuple[Cell, ...]) -> CauseLink:
+        """Return the link of a value that was read: of its change, or of the reason why it has none."""
         cell, name = read.cell, read.text
         origins = self.causes.origins([cell], self.scan)
         if not origins:
@@ -124,6 +125,7 @@ class Never:
         )  # fmt: skip
 
     def _is_setting(self, read: Read) -> bool:
+        """Return whether a value is of a tag that no instruction writes and that never changed."""
         cell = read.cell
         return (
             cell.leaf.slot is None and not self._writers(cell) and not self.causes.origins([cell], self.scan)
@@ -152,13 +154,15 @@ class Never:
         return self._root("timer", timer, None, f"has counted {acc:,} of {pre:,}{last}")
 
     def _timer_link(self, enabled: Cell, timer: str, acc: int, pre: int) -> CauseLink:
+        """Return the link of a running timer, with its start and its remaining time; times are in ms."""
         origins = self.causes.origins([enabled], self.scan)
         since = self.causes.now_ns(origins[0].scan) if origins else 0
         text = f"runs since {seconds(since)} s: {_ms(acc)} of {_ms(pre)}, done in {_ms(pre - acc)}"
         scan = origins[0].scan if origins else 0
-        return CauseLink("timer", timer, None, scan, since, text)
+        return CauseLink("timer", timer, None, scan, now_ns=since, text=text)
 
     def _member(self, path: str, name: str, index: int) -> tuple[Cell, Value] | None:
+        """Return the cell and value of a structure's member; None if there is no such member."""
         leaf = self._engine.lowered.layout.leaves.get(f"{path}.{name}".upper())
         if leaf is None or index >= leaf.size:
             return None
@@ -217,6 +221,7 @@ class Never:
         return min(explaining or lacks, key=lambda pair: (not pair[1], len(pair[1])))
 
     def _lack(self, mention: Mention) -> Lack:
+        """Return the values that an instruction lacked in the scan."""
         if self._lacking is None:
             self._lacking = Lacking(self._engine.lowered, self.causes.execution(self.scan))
         return self._lacking.lack_of(mention)
@@ -240,6 +245,7 @@ class Never:
         return best
 
     def _unwritten_link(self, name: str, value: Value) -> CauseLink:
+        """Return the link of a value that nothing writes: the operator's bit, or a number as a setting."""
         if isinstance(value, bool):
             return self._root(
                 "operator",
@@ -250,6 +256,7 @@ class Never:
         return self._root("setting", name, value, "its initial value: no rung writes it")
 
     def _root(self, kind: str, name: str, value: Value | None, text: str) -> CauseLink:
+        """Return a link without causes, at the time of the first scan."""
         return CauseLink(kind, name, value, 0, self.causes.now_ns(0), text)
 
     def _writers(self, cell: Cell) -> Sequence[Mention]:
@@ -266,6 +273,7 @@ class Never:
 
 
 def _could_change(mention: Mention, value: Value) -> bool:
+    """Return whether an instruction could change a value: OTL, for example, no bit that is on."""
     name = mention.step.name if mention.step is not None else ""
     if not isinstance(value, bool):
         return True

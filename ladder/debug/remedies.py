@@ -116,6 +116,7 @@ class Remedies:
     terminal: str | None = None
 
     def __str__(self) -> str:
+        """Return a line for each set, or the reason why there is none."""
         if self.found:
             is_bit = isinstance(self.requested, bool)
             verb = ("goes off", "comes on")[int(self.requested)] if is_bit else f"becomes {self.requested}"
@@ -196,6 +197,7 @@ class Search:
                 return
 
     def _try(self, changes: Sequence[InputChange]) -> int | None:
+        """Run scans with changed inputs, and count the try; return the number of scans, or None."""
         self.tried += 1
         return self.attempt(changes)
 
@@ -225,6 +227,7 @@ def _between(a: Value, b: Value) -> Value | None:
 
 
 def _condition(remedy: Remedy) -> str:
+    """Return a remedy as text: its changes, and the number of scans if it takes several."""
     after = "" if remedy.scans == 1 else f", after {remedy.scans} scans"
     if not remedy.changes:
         return f"by itself{after}"

@@ -197,14 +197,13 @@ class Replayer:
         """Yield the indices of the stretches whose two snapshots differ, latest first."""
         positions = [place_in_snapshot(self.engine.memory, cell) for cell in cells]
         later_values: list[Value] | None = None
-        for number, start in enumerate(starts if None not in positions else ()):
+        if None in positions:  # a value in bytes
+            return
+        for number, start in enumerate(starts):
             snapshot = self.source.snapshot(start)[0]
             values = [
-                cell.masked(
-                    snapshot[position[0]] if position[1] is None else snapshot[position[0]][position[1]]
-                )
-                for cell, position in zip(cells, positions, strict=True)
-                if position is not None
+                cell.masked(snapshot[ident] if index is None else snapshot[ident][index])
+                for cell, (ident, index) in zip(cells, filter(None, positions), strict=True)
             ]
             if later_values is not None and not same(values, later_values):
                 yield number
@@ -224,6 +223,7 @@ class Replayer:
         return None
 
     def _stretch(self, start: int, end: int) -> ReplayStretch:
+        """Return the scans between two snapshots; their inputs are None if there are forces."""
         values, forces = self.source.snapshot(start)
         inputs = None if forces else self.source.plain(start, end - 1)
         return ReplayStretch(start, end - 1, values, inputs, self.source.snapshot(end)[0])
@@ -250,6 +250,7 @@ class Replayer:
         return changed
 
     def _run_to(self, scan: int, *, watched: bool) -> bool:
+        """Run to a scan, which is watched or noted; return whether all scans up to it could be repeated."""
         start = self._start(scan)
         if start is None:
             return False
@@ -266,6 +267,7 @@ class Replayer:
         return True
 
     def _do_last(self, inputs: ScanInputs, *, watched: bool) -> None:
+        """Run a scan and set `truths` to its power: in the interpreter if `watched`, or else compiled."""
         engine = self.engine
         if watched:
             engine.watching = True
@@ -290,6 +292,7 @@ class Replayer:
         return snapshot
 
     def _restore(self, scan: int) -> None:
+        """Set the engine to the snapshot before a scan, with its forces and nothing observed."""
         engine = self.engine
         values, forces = self.source.snapshot(scan)
         engine.hold(NO_FORCES)
@@ -304,6 +307,7 @@ class Replayer:
         self.engine.note(())
 
     def _do(self, inputs: ScanInputs) -> bool:
+        """Repeat a scan; return whether the logic ran."""
         return repeat(self.engine, self._images, inputs)
 
 

@@ -22,6 +22,7 @@ def _series(series: Series, tags: Tags, specs: Mapping[str, Spec]) -> Series:
 
 
 def _element(element: Element, tags: Tags, specs: Mapping[str, Spec]) -> Element:
+    """Return an element with the current values of operands that repeat members of a structure."""
     if isinstance(element, Branch):
         return Branch(tuple(_series(leg, tags, specs) for leg in element.legs))
     spec = specs.get(element.name)

@@ -65,6 +65,7 @@ class TagValues:
         return self.matching(str(address)) if str(address) != plain else self._matching_address(address)
 
     def _matching_address(self, address: Address) -> list[TagValue]:
+        """Return the values at an address; an alias stands for its target, and a bit for its word."""
         layout, resolver = self._layout, Resolver(self._layout)
         declaration = layout.declarations.get(address.name.upper())
         if isinstance(declaration, Alias) and not declaration.type:
@@ -180,6 +181,7 @@ def _alias_values(
 
 
 def _value_at(layout: Layout, name: str, place: Place) -> TagValue:
+    """Return the value of a place with fixed subscripts, which may be a bit."""
     index = place.fixed_index
     assert index is not None
     if isinstance(place.bit, Constant):
@@ -188,6 +190,7 @@ def _value_at(layout: Layout, name: str, place: Place) -> TagValue:
 
 
 def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: int) -> TagValue:
+    """Return a bit, or with a `length` an array of bits, in elements of a leaf from `start`."""
     source = _source(layout, leaf, start, length)
     if not length:
         return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
@@ -201,10 +204,12 @@ def source_of(layout: Layout, place: Place) -> str:
 
 
 def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
+    """Return an element of a leaf, or with a `length` an array of that many, from `start`."""
     return TagValue(_array_name(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
 
 
 def _string_value(layout: Layout, path: str, name: str, index: int) -> TagValue:
+    """Return a string, whose source is its length and its characters."""
     data = layout.leaf(f"{path}.DATA")
     capacity = data.dims[-1]
     characters = _source(layout, data, index * capacity, capacity).removeprefix("*")
@@ -215,6 +220,7 @@ def _string_value(layout: Layout, path: str, name: str, index: int) -> TagValue:
 
 
 def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
+    """Return the expression that reads an element of a leaf, or with a `length` that many elements."""
     spot = layout.spot(leaf)
     if spot is not None:
         return _source_in_bytes(spot, start, length)
@@ -226,6 +232,7 @@ def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
 
 
 def _source_in_bytes(spot: Spot, start: int, length: int) -> str:
+    """Return the expression that reads elements from bytes or a list that members share."""
     offsets = [spot.at(start + number) for number in range(length or 1)]
     if spot.unit == 1:
         bits = [f"{spot.variable}[{offset >> 3}] >> {offset & 7} & 1" for offset in offsets]

@@ -64,6 +64,7 @@ class Trials:
         return remedies if remedies.found or not reported else search.among([*unreported, *reported])
 
     def _begin(self) -> None:
+        """Keep the program's state, inputs and scan period, with which every try begins."""
         memory, last = self.live.memory, self.live.scans - 1
         self._values = snapshot(memory)
         self._images = [bytes(memory.cells[leaf.ident].cell_contents) for leaf in self.past.images]
@@ -99,6 +100,7 @@ class Trials:
         return None
 
     def _set(self, change: InputChange) -> None:
+        """Set a tag, or a bit of one, in the copy."""
         memory, cell = self.past.engine.memory, change.cell
         if cell.mask is None:
             memory.write(cell.leaf, cell.index, change.value)
@@ -187,6 +189,7 @@ FARTHEST = 1e6
 
 
 def _numbers(operands: Iterable[Any]) -> Iterator[float]:
+    """Yield the constants in operands, including those in calculations."""
     for operand in operands:
         if isinstance(operand, Constant):
             yield operand.value

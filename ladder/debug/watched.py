@@ -114,6 +114,7 @@ class WatchedMemory(Memory):
         return forced_in_variables(self.layout, values)
 
     def _put_list(self, ident: str, values: Any) -> None:
+        """Replace a list or the bytes of a tag, wherever the memory refers to them."""
         self.cells[ident].cell_contents = values
         if ident in self._lists:
             self._lists[ident] = values
@@ -158,11 +159,12 @@ class WatchedInterpreter(Interpreter):
         self.read: tuple[tuple[str, Value], ...] = ()  # values that the current statement read
         self.power = True  # before the current instruction
         self.mode = ""  # prescan, postscan, or "" in an ordinary scan
-        self._routines: list[str] = []
+        self._routines: list[str] = []  # running, in capitals, the innermost last
         self._silent = 0  # nested copies of parameters
 
     @override
     def scan(self, now_ns: int) -> None:
+        """Run a scan, without what was recorded in the previous one."""
         self.truths.clear()
         self.running.clear()
         self.heads.clear()
@@ -182,6 +184,7 @@ class WatchedInterpreter(Interpreter):
 
     @contextmanager
     def _in_mode(self, mode: str) -> Iterator[None]:
+        """Set the mode in the body of a `with` statement."""
         outer, self.mode = self.mode, mode
         try:
             yield
@@ -189,6 +192,7 @@ class WatchedInterpreter(Interpreter):
             self.mode = outer
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
+        """Run a routine with its own conditions, and recorded even while parameters are copied."""
         self._routines.append(routine.name.upper())
         silent, self._silent = self._silent, 0
         heads, self.heads = self.heads, []
@@ -199,6 +203,7 @@ class WatchedInterpreter(Interpreter):
             self._routines.pop()
 
     def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
+        """Run a line and record its power, even if a fault ends it."""
         running = _CurrentRung(self._routines[-1], line)
         self.running.append(running)
         try:
@@ -228,6 +233,7 @@ class WatchedInterpreter(Interpreter):
             self.heads.pop()
 
     def _step(self, step: LoweredStep, power: bool) -> bool:
+        """Run an instruction; record its power, what it read, and whether it blocked power."""
         if self._silent:
             return super()._step(step, power)
         self.power = power

@@ -151,6 +151,7 @@ class WatchedEngine(Engine):
             self.scans += 1
 
     def _scan_at(self, now_ns: int, first: bool) -> None:
+        """Make external writes and apply forces, then run a scan: interpreted if watched, or compiled."""
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
@@ -190,12 +191,12 @@ class WatchedEngine(Engine):
         interpreter = self.interpreter
         self.history.append(
             Change(
-                self.scans,
-                self.now_ns,
-                leaf,
-                index,
-                before,
-                after,
+                scan=self.scans,
+                now_ns=self.now_ns,
+                leaf=leaf,
+                index=index,
+                before=before,
+                after=after,
                 site=interpreter.present,
                 power=interpreter.power,
                 blockers=interpreter.blockers(),

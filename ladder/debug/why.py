@@ -36,6 +36,7 @@ def state_of(operand: Place | Group, value: object) -> str:
 
 
 def _concerns(change: Change, operand: Place | Group) -> bool:
+    """Return whether a change is of a group's element, or changes the value or bit of a place."""
     if isinstance(operand, Group):
         leaf = change.leaf
         changed = Place(leaf, (), None, leaf.path)
@@ -71,6 +72,7 @@ def explain_change(
 
 
 def _change_sentence(lowered: LoweredProgram, tag: str, operand: Place | Group, change: Change) -> str:
+    """Return the value, time and cause of a change as text; a part of a group is named by its address."""
     name = tag if isinstance(operand, Place) else _element(change)
     after: object = change.after
     if isinstance(operand, Place) and isinstance(operand.bit, Constant):

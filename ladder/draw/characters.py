@@ -49,6 +49,7 @@ class _Canvas:
         self._width = width
 
     def wire(self, wire: Wire, live: bool) -> None:
+        """Add a wire, straight across or down: each cell gets the directions that lead on."""
         if wire.y == wire.to_y:
             for x in range(wire.x, wire.to_x + 1):
                 self._add(x, wire.y, LEFT | RIGHT, live)
@@ -58,10 +59,12 @@ class _Canvas:
             self._add(wire.x, y, directions, live)
 
     def _add(self, x: int, y: int, directions: int, live: bool) -> None:
+        """Add directions of wires to a cell, which is live if any of its wires is."""
         self._directions[y][x] |= directions
         self._live[y][x] |= live
 
     def corner(self, corner: Corner, live: bool) -> None:
+        """Add the end of a branch's leg, which leads to the right if it opens the leg."""
         self._add(corner.x, corner.y, RIGHT if corner.opens else LEFT, live)
 
     def write(self, x: int, y: int, text: str) -> None:
@@ -69,6 +72,7 @@ class _Canvas:
             self._written[y][x + number] = sign
 
     def lines(self) -> Iterator[str]:
+        """Yield the rows as text: written text hides wires, and wires with power are heavy."""
         for directions, live, written in zip(self._directions, self._live, self._written, strict=True):
             signs = []
             for x in range(self._width):
@@ -111,6 +115,7 @@ def comment_lines(comment: str, width: int) -> list[str]:
 
 
 def _box(canvas: _Canvas, box: Box, live: bool) -> None:
+    """Draw a box with its title in the top edge; with power, its sides are heavy at the wire."""
     captions = caption_width(box.lines)
     inner = box.width - 2
     left_edge, right_edge = ("┨", "┠") if live else ("┤", "├")
@@ -147,6 +152,7 @@ def routine_text(
         rung = routine.rungs[number]
         lines += [f"{' ' * margin}{line}".rstrip() for line in comment_lines(rung.comment, width)]
         drawn = rung_text(rung, width, truths[number] if truths else None, captions)
+        # the number stands before the row of the first wire
         first = next((row for row, line in enumerate(drawn) if line.startswith("╟")), 0)
         lines += [
             f"{str(number).rjust(margin - 1) if row == first else ' ' * (margin - 1)} {line}"
@@ -158,6 +164,7 @@ def routine_text(
 def _statements_text(
     routine: Routine, truths: Sequence[Sequence[bool] | None] | None, shown: Iterable[int] | None
 ) -> str:
+    """Draw structured text or a chart: numbered lines after a bar, which is heavy if the line ran."""
     lines = []
     for number, text in lines_of(routine, shown):
         bar = "┃" if ran(truths, number) else "│"

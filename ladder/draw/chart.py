@@ -50,10 +50,12 @@ def _actions_width(step: ChartStep) -> int:
 
 
 class _Picture:
+    """Draws one chart; a page finds its elements by `ident` and their numbers."""
+
     def __init__(self, chart: Chart, ident: str, name_of: TagName) -> None:
         self._chart, self._ident, self._name_of = chart, ident, name_of
         self._cells: ChartLayout = layout_of(chart)
-        self._names: dict[str, None] = {}
+        self._names: dict[str, None] = {}  # tags that it shows
         self._lefts = self._columns()
         self._tops = self._rows()
         self._svg: list[str] = []
@@ -83,25 +85,27 @@ class _Picture:
         return max(STEP_HIGH, sum(len(action_lines(action)) * LINE + 8 for action in step.actions))
 
     def _columns(self) -> list[int]:
+        """Return the left edges of the columns and the right end of the last one, in pixels."""
         widths = [LEAST] * self._cells.columns
         for step in self._chart.steps:
-            column = self._cells.steps[step.name.upper()][0]
+            column, _ = self._cells.steps[step.name.upper()]
             widths[column] = max(widths[column], self._width(step))
-        for (column, _), leaving in zip(self._cells.transitions, self._chart.transitions, strict=True):
-            text = len(cut(f"{leaving.name}  {leaving.condition}", MOST_WIDE)) * CELL
-            widths[column] = max(widths[column], LEAST // 2 + 2 * PAD + text)
+        for (column, _), transition in zip(self._cells.transitions, self._chart.transitions, strict=True):
+            text_width = len(cut(f"{transition.name}  {transition.condition}", MOST_WIDE)) * CELL
+            widths[column] = max(widths[column], LEAST // 2 + 2 * PAD + text_width)
         lefts = [EDGE]
         for width in widths:
             lefts.append(lefts[-1] + width + GAP)
         return lefts
 
     def _rows(self) -> list[int]:
+        """Return the tops of the rows and the bottom end of the last one, in pixels."""
         heights = [LINE + 4] * self._cells.rows
         for step in self._chart.steps:
-            row = self._cells.steps[step.name.upper()][1]
+            _, row = self._cells.steps[step.name.upper()]
             heights[row] = max(heights[row], self._height(step))
         for number, target in self._cells.jumps:
-            row = self._cells.transitions[number][1]
+            _, row = self._cells.transitions[number]
             heights[row] = max(heights[row], LINE + 4 + (LINE if target else 0))
         tops = [EDGE]
         for height in heights:
@@ -114,16 +118,19 @@ class _Picture:
     # --- elements
 
     def _tag(self, name: str, *members: str) -> str:
+        """Return the tag of a name or member, which the picture then shows; "" if there is none."""
         tag = self._name_of(Address(name, tuple(map(MemberStep, members))))
         if tag is not None:
             self._names[tag] = None
         return tag or ""
 
     def _group(self, kind: str, number: int, lit: str, title: str, inside: str) -> None:
+        """Add an element's group: `number` is its place in the routine, `lit` the tag that lights it."""
         attributes = f"data-at={attribute(f'{self._ident}.{number}')} data-lit={attribute(lit)}"
         self._svg.append(f'<g class="element {kind}" {attributes}><title>{plain(title)}</title>{inside}</g>')
 
     def _step(self, step: ChartStep) -> None:
+        """Draw a step and its actions; an initial step has a second frame, a stop has a line."""
         column, row = self._cells.steps[step.name.upper()]
         x, y, width = self._lefts[column], self._tops[row], self._box_width(step)
         kind = "stop" if step.stop else "step"
@@ -141,6 +148,7 @@ class _Picture:
         self._actions(step, x + width, y)
 
     def _actions(self, step: ChartStep, x: int, y: int) -> None:
+        """Draw the actions of a step one below another, beginning at a point; each has its qualifier."""
         width = _actions_width(step) + 2 * PAD
         if step.actions:
             self._wire(f"M{x} {y + STEP_HIGH // 2}h16")
@@ -154,16 +162,18 @@ class _Picture:
                 kind = "caption" if line_number else "name"
                 inside += _text(left + 36 + PAD, y + 17 + line_number * LINE, line, kind)
             title = f"step {step.name}: {action.head}"
-            resets = action.qualifier is Qualifier.R
+            resets = action.qualifier is Qualifier.R  # then it ends the action, so its step lights it
             lit = self._tag(step.name, "X") if resets else self._tag(action.name, "A")
             self._group("action", action.number, lit, title, inside)
             y += height
 
     def _transition(self, number: int, transition: Transition) -> None:
+        """Draw a transition: its bar, name and condition, and the names of steps that no wire leads to."""
         column, row = self._cells.transitions[number]
         x, y = self._middle(column), self._tops[row] + 11
         inside = f'<path class="sign bar" d="M{x - 18} {y}h36"/>'
         inside += _text(x + 26, y + 5, transition.name, "name")
+        # the name and the condition are cut together, as in `_columns`
         condition = cut(f"{transition.name}  {transition.condition}", MOST_WIDE)[len(transition.name) + 2 :]
         inside += _text(x + 26 + (len(transition.name) + 2) * CELL, y + 5, condition, "caption")
         jumps = [name for name in transition.targets if (number, name.upper()) in self._cells.jumps]
@@ -174,6 +184,7 @@ class _Picture:
         self._group("transition", transition.number, self._tag(transition.name), title, inside)
 
     def _value(self, name: str, member: str, x: int, y: int, anchor: str) -> str:
+        """Return an empty text element, which the page fills with a member's value; "" without a tag."""
         tag = self._tag(name, member)
         return (
             f'<text class="value {anchor}" data-value-of={attribute(tag)} x="{x}" y="{y}"></text>'

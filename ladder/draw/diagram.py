@@ -62,18 +62,17 @@ def _text_width(text: str) -> int:
 
 
 class _Sheet:
+    """Draws one sheet, below `top`; `right` and `bottom` are the ends of its elements."""
+
     def __init__(self, sheet: DrawnSheet, ident: str, tag_of: PinTag, top: int) -> None:
         self._sheet, self._ident, self._tag_of, self._top = sheet, ident, tag_of, top
         self.names: dict[str, None] = {}
         self._rows: dict[tuple[int, bool], dict[str, int]] = {}  # the pins on one side of an element, by name
-        least = [
-            min((getattr(element, name) for element in sheet.elements), default=0) for name in ("x", "y")
-        ]
-        self._least_x, self._least_y = least
-        boxes = [self._box(element) for element in sheet.elements]
-        self.right = max((x + width for x, _, width, _ in boxes), default=0)
-        self.bottom = max((y + high for _, y, _, high in boxes), default=top + TITLE)
-        self._boxes = boxes
+        self._least_x = min((element.x for element in sheet.elements), default=0)
+        self._least_y = min((element.y for element in sheet.elements), default=0)
+        self._boxes = [self._box(element) for element in sheet.elements]
+        self.right = max((x + width for x, _, width, _ in self._boxes), default=0)
+        self.bottom = max((y + height for _, y, _, height in self._boxes), default=top + TITLE)
 
     def _box(self, element: DrawnElement) -> tuple[int, int, int, int]:
         """Return the left, top, width and height of an element."""
@@ -103,12 +102,14 @@ class _Sheet:
     # --- values
 
     def _tag(self, address: str) -> tuple[str, bool] | None:
+        """Return the tag of an address and whether it is a bit; add it to `names`. None without a tag."""
         tag = self._tag_of(address) if address else None
         if tag is not None:
             self.names[tag[0]] = None
         return tag
 
     def _value(self, address: str, x: int, y: int, *, ends: bool) -> str:
+        """Return an empty text element, which the page fills with a tag's value; "" without a tag."""
         tag = self._tag(address)
         if tag is None:
             return ""
@@ -128,6 +129,7 @@ class _Sheet:
         return f'<text class="{kind}" x="{x}" y="{y}"{anchor}>{plain(shown)}</text>'
 
     def _element(self, element: DrawnElement, number: int) -> str:
+        """Return an element as a group, nested in a group for each of its other lines of text."""
         x, y, width, height = self._boxes[number]
         if element.kind == "text":
             lines = (self._text(x, y + LINE * n, line, "caption") for n, line in enumerate(element.lines, 1))
@@ -145,6 +147,7 @@ class _Sheet:
         return text
 
     def _frame(self, element: DrawnElement, x: int, y: int, width: int, height: int) -> str:
+        """Return the inside of an element: a block with its pins, or a reference with its value."""
         bounds = f'x="{x}" y="{y}" width="{width}" height="{height}"'
         if element.kind != "block":
             round_ = BOX // 2 if element.kind == "connector" else 2
@@ -165,6 +168,7 @@ class _Sheet:
         return "".join(elements)
 
     def _pin(self, pin: DrawnPin, x: int, y: int, row: int, *, ends: bool) -> str:
+        """Return a pin's name inside the block and its value outside; `ends` is set on the right side."""
         middle = y + HEAD + PIN * row + PIN // 2
         name = self._text(x - 6 if ends else x + 6, middle + 4, pin.name, "caption", ends=ends)
         return name + self._value(pin.value, x + 4 if ends else x - 4, middle - 4, ends=not ends)
@@ -189,7 +193,7 @@ class _Sheet:
         """Draw a wire to the right, or back to the left below its elements."""
         x, y = self._end(wire.source, wire.output, output=True)
         to_x, to_y = self._end(wire.target, wire.input, output=False)
-        step = 14 + 5 * (number % 4)
+        step = 14 + 5 * (number % 4)  # wires bend at different columns, so that they can be told apart
         if to_x - x >= 2 * step:
             path = f"M{x} {y}H{to_x - step}V{to_y}H{to_x}"
         elif to_x - x > 8:

@@ -61,6 +61,10 @@ class _Placer:
         self.picture.gaps.append((self.picture.width, self.picture.right[-1]))
 
     def _line(self, line: LineLayout, room: int | None, last: int, *, first: bool, ends: bool) -> int:
+        """Place a line of the rung in the next row; return its last element.
+
+        The trailing outputs of the rung's last line are at the right rail.
+        """
         picture = self.picture
         y = picture.rows + line.size.above
         picture.rows += line.size.above + 1 + line.size.below
@@ -92,10 +96,12 @@ class _Placer:
         return x, last
 
     def _wire(self, x: int, y: int, to_x: int, last: int) -> None:
+        """Add a horizontal wire if it has any column; it shows the power after `last`."""
         if to_x >= x:
             self.picture.marks.append(Wire(x, y, to_x, y, last))
 
     def _element(self, element: Element, x: int, y: int, last: int, room: int | None) -> int:
+        """Place an element with its wires, beginning at a column; return its number."""
         if isinstance(element, Branch):
             return self._branch(element, x, y, last, room)
         number = self._numbering.instruction()
@@ -106,26 +112,29 @@ class _Placer:
         self._wire(x, y, x + GAP - 1, last)
         self.picture.marks.append(
             Box(
-                x + GAP,
-                y,
-                width - 2 * GAP,
-                element.name,
-                self._ruler.lines(element, room),
-                number,
-                self._ruler.states(element),
+                x=x + GAP,
+                y=y,
+                width=width - 2 * GAP,
+                title=element.name,
+                lines=self._ruler.lines(element, room),
+                element=number,
+                states=self._ruler.states(element),
             )
         )
         self._wire(x + width - GAP, y, x + width - 1, number)
         return number
 
     def _symbol(self, element: Instruction, x: int, y: int, width: int, last: int, number: int) -> None:
+        """Place a contact or a coil, and its name above, in the middle of its columns."""
         sign, name = SYMBOLS[element.name], str(element.operands[0])
         column = x + (width - len(sign)) // 2
         self._wire(x, y, column - 1, last)
         self._wire(column + len(sign), y, x + width - 1, number)
         label_x = x + (width - len(name)) // 2
         value = self._ruler.value(element)
-        self.picture.marks.append(Symbol(column, y, sign, name, label_x, number, last, value))
+        self.picture.marks.append(
+            Symbol(column, y, sign, name, label_x, element=number, feeder=last, value=value)
+        )
 
     def _branch(self, branch: Branch, x: int, y: int, last: int, room: int | None) -> int:
         """Place a branch: its legs lead from the left vertical wire to the right one."""
@@ -177,5 +186,6 @@ def _leading_inputs(series: Series) -> int:
 
 
 def _is_output(instruction: Instruction) -> bool:
+    """Return whether an instruction is not an input; an unknown one counts as an output."""
     spec = BY_NAME.get(instruction.name)
     return spec is None or spec.kind is not InstructionKind.INPUT

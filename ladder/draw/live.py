@@ -119,6 +119,7 @@ def _height(picture: Picture) -> str:
 
 
 def _rails(picture: Picture) -> str:
+    """Return both rails, and the marks where a line continues."""
     high = _height(picture)
     rails = [
         f'<path class="rail" d="M{units(x * CELL)} -{HEAD}v{high}"/>' for x in (EDGE, EDGE + picture.width)
@@ -128,6 +129,8 @@ def _rails(picture: Picture) -> str:
 
 
 class _ValueRuler(Ruler):
+    """Measures elements with room for the values and states that a page fills in."""
+
     def __init__(
         self,
         captions: Mapping[str, Sequence[str]],
@@ -140,6 +143,7 @@ class _ValueRuler(Ruler):
         self._name_of, self._specs, self._operands = name_of, specs, operands
 
     def _block_texts(self, instruction: Instruction) -> BlockTexts | None:
+        """Return the texts of an instruction's state; None if it does not show its state."""
         return states_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
 
     @override
@@ -149,6 +153,7 @@ class _ValueRuler(Ruler):
 
     @override
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
+        """Return the lines of a box; lines for a block's state may stand in place of its operands."""
         texts = self._block_texts(instruction)
         if not self._operands:
             if instruction.name in SHORT and texts is not None:
@@ -170,6 +175,7 @@ class _ValueRuler(Ruler):
     def entry(
         self, instruction: Instruction, number: int, caption: str, longest: int | None
     ) -> list[BoxLine]:
+        """Return the lines of an operand; a value stands in place of a member's number, or below a tag."""
         members = self._members(instruction)
         if number in members:
             structure, member = members[number]
@@ -185,6 +191,7 @@ class _ValueRuler(Ruler):
         return {} if spec is None else spec.members
 
     def _tag_of(self, operand: Operand, member: str = "") -> str | None:
+        """Return the tag of an operand, or of its member; None if there is none."""
         if not isinstance(operand, Address):
             return None
         return self._name_of(operand.member(member) if member else operand)
@@ -201,6 +208,7 @@ class _ValueRuler(Ruler):
             yield from filter(None, (self._tag_of(tag, member), self._tag_of(tag, "DN")))
 
     def attributes(self, instruction: Instruction) -> str:
+        """Return the attributes by which a page finds an instruction, its first tag, and all its tags."""
         names = tuple(dict.fromkeys(self.names(instruction)))
         first = next((operand for operand in instruction.operands if isinstance(operand, Address)), None)
         tag = "" if first is None else self._tag_of(first) or str(first)
@@ -218,6 +226,7 @@ class _Group:
         self._other_elements: list[str] = []
 
     def add(self, shape: Shape) -> None:
+        """Add a shape; the strokes of one kind become one path."""
         form = shape.form
         if isinstance(form, Line | Curve):
             self._strokes.setdefault(shape.kind, []).append(_PEN.stroke(form))

@@ -124,6 +124,7 @@ class Ruler:
         return self._sizes[key]
 
     def _size(self, element: Element, room: int | None) -> Size:
+        """Measure an element: a branch by its legs, a symbol by its name, a box by its lines."""
         if isinstance(element, Branch):
             legs = [leg.size for leg in self.legs(element, room)]
             width = max(leg.width for leg in legs) + 2 * JOIN
@@ -153,6 +154,7 @@ class Ruler:
         )
 
     def _line(self, series: Series, room: int | None) -> LineLayout:
+        """Return a series as one line, which is as wide as all its elements and as high as the highest."""
         sizes = [self.size(element, room) for element in series]
         size = Size(
             sum(size.width for size in sizes),

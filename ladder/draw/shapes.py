@@ -85,6 +85,7 @@ def bottom_of(picture: Picture) -> float:
 
 
 def _bottom(shape: Shape) -> float:
+    """Return the lowest row that a shape covers."""
     form = shape.form
     if isinstance(form, Line):
         return max(form.y, form.to_y)
@@ -99,31 +100,34 @@ def shapes_of(mark: Mark) -> Iterator[Shape]:
 
 
 def _wire(wire: Wire) -> Iterator[Shape]:
+    """Yield a wire; a horizontal one reaches to the edges of its end cells."""
     reach = 0.5 if wire.y == wire.to_y else 0
     yield Shape(Line(wire.x - reach, wire.y, wire.to_x + reach, wire.to_y), "wire", wire.element)
 
 
 def _corner(corner: Corner) -> Iterator[Shape]:
+    """Yield the half of a cell's wire that leads to a leg."""
     to_x = corner.x + (0.5 if corner.opens else -0.5)
     yield Shape(Line(corner.x, corner.y, to_x, corner.y), "wire", corner.element)
 
 
 def _symbol(symbol: Symbol) -> Iterator[Shape]:
-    x, y, width, feeder = symbol.x - 0.5, symbol.y, len(symbol.sign), symbol.element
+    """Yield the name, wire and sides of a contact or coil, then the sign inside and the value if any."""
+    x, y, width, element = symbol.x - 0.5, symbol.y, len(symbol.sign), symbol.element
     left, right = x + 0.75, x + width - 0.75
     yield Shape(Letters(symbol.label_x, y - 1, symbol.name), "name")
     yield Shape(Line(x, y, left, y), "wire", symbol.feeder)
-    yield Shape(Line(right, y, x + width, y), "sign", feeder)
+    yield Shape(Line(right, y, x + width, y), "sign", element)
     if symbol.sign.startswith("("):
-        yield Shape(Curve(left, y, -0.7), "sign", feeder)
-        yield Shape(Curve(right, y, 0.7), "sign", feeder)
+        yield Shape(Curve(left, y, -0.7), "sign", element)
+        yield Shape(Curve(right, y, 0.7), "sign", element)
     else:
-        yield from (Shape(Line(edge, y - 0.4, edge, y + 0.4), "sign", feeder) for edge in (left, right))
+        yield from (Shape(Line(edge, y - 0.4, edge, y + 0.4), "sign", element) for edge in (left, right))
     inner = symbol.sign[1:-1].strip()
     if inner == "/":
-        yield Shape(Line(right, y - 0.4, left, y + 0.4), "sign", feeder)
+        yield Shape(Line(right, y - 0.4, left, y + 0.4), "sign", element)
     elif inner:
-        yield Shape(Letters(x + (width - len(inner)) / 2 + 0.5, y, inner), "mark", feeder)
+        yield Shape(Letters(x + (width - len(inner)) / 2 + 0.5, y, inner), "mark", element)
     if symbol.value is not None:
         yield Shape(_value_of(symbol, left, right), "value")
 
@@ -136,6 +140,7 @@ def _value_of(symbol: Symbol, left: float, right: float) -> Value:
 
 
 def _box(box: Box) -> Iterator[Shape]:
+    """Yield the frame, heading and lines of a box; a line ends with its state, value or operand."""
     rows, end = max(len(box.lines), 1), box.x + box.width - 2
     yield Shape(BoxFrame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
     title_x = box.x + (2 if box.states else (box.width - len(box.title)) / 2)

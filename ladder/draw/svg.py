@@ -68,16 +68,19 @@ _PAPER = Pen(ROW)
 
 
 class _Page:
+    """A page to which routines are added one below another."""
+
     def __init__(self, columns: int, captions: Mapping[str, Sequence[str]]) -> None:
         self._columns = columns
         self._captions = captions
         self._svg: list[str] = []
-        self._row = 0.0
-        self._width = 0
+        self._row = 0.0  # of the next text or rung
+        self._width = 0  # columns used so far
 
     def routine(
         self, routine: Routine, rungs: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
     ) -> None:
+        """Add a routine: its chart, or else its diagram if it has one, and its statements or rungs."""
         self._row += 1
         self._text(0, self._row, f"Routine {routine.name}", "heading")
         self._row += 1
@@ -98,6 +101,7 @@ class _Page:
             self._rung(lay_out(rung, self._columns, truth, self._captions), number, str(rung))
 
     def _picture(self, drawn: LivePicture) -> None:
+        """Add a chart or a diagram in its own size."""
         self._svg.append(f'<g transform="translate(0 {round(self._row * ROW)})">{drawn.svg}</g>')
         self._width = max(self._width, drawn.width // CELL + 1)
         self._row += drawn.height / ROW + 1
@@ -105,6 +109,7 @@ class _Page:
     def _statements(
         self, routine: Routine, line_numbers: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
     ) -> None:
+        """Add lines of structured text with their numbers; lines that ran are live."""
         for number, text in lines_of(routine, line_numbers):
             number_text = str(number or "")
             self._text(MARGIN - 2 - len(number_text), self._row, number_text, "number")
@@ -114,6 +119,7 @@ class _Page:
             self._row += 1
 
     def _rung(self, picture: Picture, number: int, text: str) -> None:
+        """Add a rung with its number and rails; marks with power are live."""
         top, right = self._row, MARGIN + picture.width
         self._width = max(self._width, right + 2)
         self._svg.append(f"<g><title>{plain(text)}</title>")
@@ -136,6 +142,7 @@ class _Page:
         self._svg.append(_PAPER.letters(Letters(x, y, text), kind))
 
     def document(self) -> str:
+        """Return the whole document, as large as its content."""
         width, height = (self._width + 1) * CELL, round((self._row + 1) * ROW)
         size = f'width="{width}" height="{height}"'
         head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}>'

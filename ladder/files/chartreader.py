@@ -88,11 +88,12 @@ class ChartReader(LineReader):
         )
 
     def _next(self) -> tuple[int, Origin]:
-        """Return the number and the position of the next element."""
+        """Number the next element; return its number and its position."""
         self._count += 1
         return self._count, Origin(self._file, self._line_index + 1)
 
     def _step(self, word: str, name: str) -> ChartStep:
+        """Read a step with its presets and actions, up to END_STEP; a STOP is a single line."""
         number, origin = self._next()
         self._line_index += 1
         if word == "STOP":
@@ -109,24 +110,41 @@ class ChartReader(LineReader):
             else:
                 self._fail("ACTION, an expression of PRE, LimitHigh or LimitLow, or END_STEP")
         self._line_index += 1
-        return ChartStep(name, tuple(actions), word == "INITIAL_STEP", False, tuple(presets), number, origin)
+        return ChartStep(
+            name=name,
+            actions=tuple(actions),
+            initial=word == "INITIAL_STEP",
+            presets=tuple(presets),
+            number=number,
+            origin=origin,
+        )
 
     def _action(self, match: re.Match[str]) -> Action:
+        """Read an action; its body ends with END_ACTION, unless the action ends with a semicolon."""
         number, origin = self._next()
         name, qualifier, indicator, preset, closed = match.groups()
         value = None if preset is None else self._expression(preset)
         self._line_index += 1
         body = None if closed else self._statements(*self._until("END_ACTION"))
-        return Action(name, Qualifier(qualifier.upper()), body, value, indicator or "", number, origin)
+        return Action(
+            name=name,
+            qualifier=Qualifier(qualifier.upper()),
+            body=body,
+            preset=value,
+            indicator=indicator or "",
+            number=number,
+            origin=origin,
+        )
 
     def _transition(self, match: re.Match[str]) -> Transition:
+        """Read a transition with its condition, up to END_TRANSITION."""
         number, origin = self._next()
-        sources, targets = (tuple(name.strip() for name in match[group].split(",")) for group in (2, 3))
+        sources, targets = (tuple(re.split(r"\s*,\s*", names)) for names in match.group(2, 3))
         self._line_index += 1
         start, end = self._until("END_TRANSITION")
         lines = self._lines[start:end]
         condition = condition_of(lines, list(range(start + 1, end + 1)), self._file, self._specs)
-        return Transition(match[1], sources, targets, condition, number, origin)
+        return Transition(match[1], sources, targets, condition, number=number, origin=origin)
 
     def _until(self, word: str) -> tuple[int, int]:
         """Skip to the line after `word`; return the range of the lines before it."""

@@ -92,7 +92,7 @@ def _positions_in(lines: list[str]) -> _Positions:
     number = 0
     while number < len(lines):
         line = without_comment(lines[number])
-        number += 1
+        number += 1  # now of the line after `line`
         if INSTRUCTION_HEAD.fullmatch(line):
             in_instruction = True
         elif END_INSTRUCTION.fullmatch(line):

@@ -98,6 +98,7 @@ def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_
 
 
 def _check(text: str, kind: TextKind, file: str) -> None:
+    """Raise a LadderError if a text exceeds the limits of its language."""
     try:
         check_text(text, kind)
     except TextLimitError as error:
@@ -145,12 +146,14 @@ def program_text(program: Program | Controller) -> str:
 
 
 def _tasks_and_programs(controller: Controller) -> Iterator[str]:
+    """Yield the lines of a controller's tasks, then those of its programs."""
     yield from map(_task_text, controller.tasks)
     for program in controller.programs:
         yield from ("", _head(program), *_declarations(program), *_routines(program), "END PROGRAM")
 
 
 def _task_text(task: Task) -> str:
+    """Return the line that declares a task."""
     words = [f"TASK {task.name} : {task.kind.value}"]
     if task.rate_ns:
         words.append(time_text(task.rate_ns))
@@ -165,6 +168,7 @@ def _task_text(task: Task) -> str:
 
 
 def _head(program: Program) -> str:
+    """Return the line that begins a program, with its main and fault routines if they are set."""
     roots = [f" {word} {name}" for word, name in (("MAIN", program.main), ("FAULT", program.fault)) if name]
     return f"PROGRAM {program.name}{''.join(roots)}"
 
@@ -190,6 +194,7 @@ def _routines(program: Program) -> Iterator[str]:
 
 
 def _routine_text(routine: Routine) -> Iterator[str]:
+    """Yield the lines of a routine, from its head to END."""
     if routine.chart is not None:
         kind, lines = " SFC", iter(routine.chart.lines())
     elif routine.statements is not None:
@@ -266,6 +271,7 @@ def _comment_text(comment: str) -> str:
 
 
 def _declarations(logic: LadderLogic) -> Iterator[str]:
+    """Yield the lines of tags, slots and aliases."""
     for declaration in logic.declarations:
         if isinstance(declaration, Tag):
             text = f"TAG {declared(declaration)}{_initial_text(declaration.initial)}"
@@ -278,6 +284,7 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
 
 
 def _stubs(logic: LadderLogic) -> Iterator[str]:
+    """Yield the lines of stubs without their replies; raise a LadderError for a stub in Python."""
     for name, stub in logic.stubs.items():
         if isinstance(stub, Partner):
             continue  # it is configured in a rack file

@@ -132,6 +132,7 @@ class Reader(LineReader):
         lines = text.splitlines()
         super().__init__(lines, 0, len(lines), file, DIALECTS[LOGIX])
         self._text = "\n".join(self._lines)
+        # offsets of the lines in the text
         self._starts = [0, *accumulate(len(line) + 1 for line in self._lines)]
         self._types = dict(PREDEFINED_TYPES)
         self._add_ons: dict[str, AddOn] = {}
@@ -169,7 +170,7 @@ class Reader(LineReader):
         return program
 
     def _dialect(self) -> str:
-        """Read the DIALECT line."""
+        """Read the DIALECT line; return the dialect, or the default without a line."""
         line = self._peek() or ""
         match = _DIALECT.fullmatch(line)
         if match is None:
@@ -182,6 +183,7 @@ class Reader(LineReader):
         return match.group(1).lower()
 
     def _allowed(self) -> tuple[str, ...]:
+        """Read ALLOW lines; return what they allow."""
         allowed = []
         while (line := self._peek()) and (match := _ALLOW.fullmatch(line)):
             allowed.append(match.group(1).strip())
@@ -189,7 +191,7 @@ class Reader(LineReader):
         return tuple(allowed)
 
     def _chart_options(self) -> ChartOptions:
-        """Read the CHARTS line."""
+        """Read the CHARTS line; return the options, or the default without a line."""
         match = _CHARTS.fullmatch(self._peek() or "")
         if match is None:
             return DEFAULT_OPTIONS
@@ -202,6 +204,7 @@ class Reader(LineReader):
         return ChartOptions(ExecutionControl(control), RestartPosition(restart), LastScan(last_scan))
 
     def _controller(self) -> Controller:
+        """Read a controller with its declarations, tasks and programs."""
         head = self._next(CONTROLLER_HEAD, "CONTROLLER name")
         controller = Controller(head.group(1), allow=self._allowed())
         controller.chart_options = self._chart_options()
@@ -220,6 +223,7 @@ class Reader(LineReader):
         return controller
 
     def _block(self, program: Program) -> None:
+        """Read a program of a controller, up to END PROGRAM."""
         self._in_program = True
         while (line := self._peek()) and not END_PROGRAM.fullmatch(line):
             self._declaration(program)
@@ -227,6 +231,7 @@ class Reader(LineReader):
         self._in_program = False
 
     def _task(self, match: re.Match[str], comment: str) -> Task:
+        """Return the task that a TASK line declares."""
         name, kind_word, rate, priority, preempt, programs = match.groups()
         kind = TaskKind[kind_word.upper()] if kind_word else TaskKind.PERIODIC
         try:
@@ -234,13 +239,13 @@ class Reader(LineReader):
         except ValueError as error:
             raise LadderError(str(error)) from None
         return Task(
-            name,
-            kind,
-            tuple(program_name.strip() for program_name in programs.split(",")) if programs else (),
-            rate_ns,
-            int(priority or 10),
-            bool(preempt),
-            comment,
+            name=name,
+            kind=kind,
+            programs=tuple(program.strip() for program in programs.split(",")) if programs else (),
+            rate_ns=rate_ns,
+            priority=int(priority or 10),
+            preempt=bool(preempt),
+            comment=comment,
         )
 
     def structured(self, name: str) -> Program:
@@ -279,6 +284,7 @@ class Reader(LineReader):
             self._declaration(program)
 
     def _line_at(self, number: int) -> str:
+        """Return a line without its comment; "" after the last line."""
         return without_comment(self._lines[number]) if number < self._end else ""
 
     def _skip_comments(self, number: int) -> int:
@@ -288,6 +294,7 @@ class Reader(LineReader):
         return max(number, bisect_right(self._starts, match.end()) - 1)
 
     def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
+        """Read a line that matches a pattern; fail with what was expected if it does not."""
         line = self._peek()
         match = pattern.fullmatch(line) if line else None
         if match is None:
@@ -304,6 +311,7 @@ class Reader(LineReader):
             raise LadderError.at(Site(file=self._file, line=number + 1), str(error)) from None
 
     def _declaration(self, program: Program | Controller) -> None:
+        """Read a declaration, definition or routine into a program; fail for any other line."""
         line = self._peek() or ""
         comment = _comment_of(self._lines[self._line_index])
         if self._definition(line):
@@ -349,6 +357,7 @@ class Reader(LineReader):
         return True
 
     def _use(self, name: str) -> None:
+        """Add the types and instructions of a library, in the version for the modules in the rack."""
         try:
             library = load_library(name, drives=any(map(model_number, self._rack_stubs.modules.values())))
         except LadderError:
@@ -358,6 +367,7 @@ class Reader(LineReader):
         self._update_specs()
 
     def _instruction(self, name: str) -> None:
+        """Read an add-on instruction, up to END INSTRUCTION; add it and its type."""
         start = self._line_index
         comment = _comment_of(self._lines[start])
         self._line_index += 1
@@ -380,6 +390,7 @@ class Reader(LineReader):
         self._types[name] = definition.structure
 
     def _parameter(self, line: str) -> Parameter:
+        """Read the line of a parameter."""
         match = _PARAMETER.fullmatch(line)
         if match is None:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
@@ -387,19 +398,20 @@ class Reader(LineReader):
         kind = self._type(kind_name)
         comment = _comment_of(self._lines[self._line_index])
         parameter = Parameter(
-            name,
-            kind,
-            ParameterMode(mode.upper()),
-            self._dims(dims),
-            bool(required),
-            comment,
-            self._initial(initial, kind),
-            overlay or "",
+            name=name,
+            type=kind,
+            mode=ParameterMode(mode.upper()),
+            dims=self._dims(dims),
+            required=bool(required),
+            comment=comment,
+            initial=self._initial(initial, kind),
+            at=overlay or "",
         )
         self._line_index += 1
         return parameter
 
     def _member(self, text: str) -> Member:
+        """Return the member of a structure that a part of a TYPE line declares."""
         match = _MEMBER.fullmatch(text.strip())
         if match is None:
             self._fail("members as name : TYPE", repr(text.strip()))
@@ -407,6 +419,7 @@ class Reader(LineReader):
         return Member(name, self._type(kind), self._dims(dims), at=overlay or "", hidden=bool(hidden))
 
     def _type(self, name: str) -> DataType:
+        """Return the type with a name, in any case; fail with a hint if there is none."""
         for known_name, kind in self._types.items():
             if known_name.upper() == name.upper():
                 return kind
@@ -432,6 +445,7 @@ class Reader(LineReader):
         return tuple(map(int, lengths))
 
     def _initial(self, text: str | None, kind: DataType) -> object:
+        """Return an initial value from JSON, with the bits of numbers such as 16#FF; None without one."""
         if text is None:
             return None
         try:
@@ -440,6 +454,7 @@ class Reader(LineReader):
             self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
 
     def _routine(self, head: re.Match[str]) -> Routine:
+        """Read a routine up to END: rungs, structured text or a chart."""
         self._line_index += 1
         if not head.group(2):
             return Routine(head.group(1), tuple(self._rungs()))
@@ -455,6 +470,7 @@ class Reader(LineReader):
         return Routine(head.group(1), (), statements=self._statements(start, self._line_index - 1))
 
     def _rungs(self) -> Iterator[Rung]:
+        """Read rungs up to END, and yield them with their comments."""
         number = 0
         while True:
             comment = self._comments()
@@ -468,6 +484,7 @@ class Reader(LineReader):
             number += 1
 
     def _comments(self) -> str:
+        """Skip blank lines and comments; return the text of the comments."""
         comments = []
         while self._line_index < self._end:
             line = self._lines[self._line_index].strip()
@@ -479,6 +496,7 @@ class Reader(LineReader):
         return "\n".join(comments)
 
     def _rung(self, number: int, comment: str) -> Rung:
+        """Read a rung up to its semicolon; END before the semicolon is an error."""
         start = self._line_index
         texts: list[str] = []
         while self._line_index < self._end:
@@ -529,4 +547,5 @@ def _member_type(kind: DataType | None, name: str) -> DataType | None:
 
 
 def _split_members(text: str) -> list[str]:
+    # not at the commas of dimensions, as in `Grid : DINT[2,3]`
     return [member for member in re.split(r",(?![^\[]*\])", text) if member.strip()]

@@ -138,6 +138,7 @@ class Steps:
         return not last and self.steps[self._index].ends(inputs, now_ns - self.since_ns)
 
     def _begin(self, index: int, now_ns: int, outputs: Image) -> None:
+        """Begin a step and write its words."""
         self._index, self.since_ns = index, now_ns
         self.resumed += 1
         self._watch.begins(Path(self.file).name, self.line, None)
@@ -179,6 +180,7 @@ def _slot(text: str, *, first: bool) -> int:
 
 
 def _step(line: int, text: str) -> Step:
+    """Return the step that a line describes."""
     match = _LINE.fullmatch(text)
     assert match is not None, "everything before the end is matched"
     write = _writer(match["what"].split())
@@ -191,6 +193,7 @@ def _step(line: int, text: str) -> Step:
 
 
 def _bits(names: Iterable[str]) -> tuple[frozenset[str], frozenset[str]]:
+    """Return the status bits that must be set, and those that must be clear, which have a minus."""
     rise = frozenset(name for name in names if not name.startswith("-"))
     fall = frozenset(name[1:] for name in names if name.startswith("-"))
     for name in sorted(rise | fall):
@@ -218,6 +221,7 @@ def _writer(words: Sequence[str]) -> Callable[[Image], None]:
 
 
 def _command(words: Sequence[str]) -> Callable[[Image], None]:
+    """Return the function that writes command bits and parameters; all other words become 0."""
     image = Image()
     remaining = iter(words)
     for word in remaining:
@@ -238,6 +242,7 @@ def _fill(outputs: Image, values: Sequence[int]) -> None:
 
 
 def _put_parameter(image: Image, name: str, text: str) -> None:
+    """Set a parameter in an image: a rate in one word, any other value as thousands in two."""
     if not re.fullmatch(r"[+-]?\d+", text):
         raise ValueError(f"{name} {text!r} is not a whole number")
     word_index, value = _PARAMETERS[name], int(text)
@@ -248,6 +253,7 @@ def _put_parameter(image: Image, name: str, text: str) -> None:
 
 
 def _word(text: str) -> int:
+    """Return a word, written as a decimal or hexadecimal number, as a signed number."""
     if re.fullmatch(r"[0-9A-Fa-f]+h", text):
         value = int(text[:-1], 16)
     elif re.fullmatch(r"[+-]?\d+", text):

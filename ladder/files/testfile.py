@@ -71,6 +71,7 @@ def read_test_file(path: Path) -> TestFile | None:
     is_structured = path.suffix == STRUCTURED_SUFFIX
     text = read_input_text(path, TextKind.STRUCTURED if is_structured else TextKind.RUNGS)
     lines = text.splitlines()
+    # the first line that is more than a comment
     head_index = next((index for index, line in enumerate(lines) if line.split("//")[0].strip()), 0)
     head = _HEAD.fullmatch(lines[head_index]) if lines else None
     if head is None:

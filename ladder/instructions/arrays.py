@@ -77,6 +77,7 @@ def _disable(control: Control) -> None:
 def _fal(
     machine: Interpreter, power: bool, group: Group, mode: str, target: Place, expression: Resolved
 ) -> None:
+    """Assign the expression to the elements of one scan; an overflow sets ER and ends them."""
     control = Control(machine, group)
 
     def assign() -> bool:
@@ -90,6 +91,7 @@ def _fal(
 
 
 def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression: Resolved) -> None:
+    """Search the elements of one scan for one that makes the expression true, which sets FD and IN."""
     control = Control(machine, group)
     if control["FD"]:
         if not power:
@@ -119,6 +121,7 @@ def _check_dimension(array: Resolved, dimension: Constant, *_others: Resolved) -
 
 
 def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Place) -> None:
+    """Store the length of a dimension; of an InOut with one dimension, the elements left in its array."""
     dims = array_of(array)
     if len(dims) > 1:
         size = dims[int(dimension.value)]
@@ -129,6 +132,7 @@ def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Pl
 
 
 def _write_size(rungs: RungWriter, array: Resolved, dimension: Constant, target: Place) -> None:
+    """Write code that does the same as `_size`."""
     assert isinstance(array, (Place, Group))
     dims, region = array_of(array), region_of(array)
     size = str(dims[int(dimension.value)])
@@ -164,6 +168,7 @@ def _run_on_edge(machine: Interpreter, power: bool, group: Group, operate: Calla
 
 
 def _values(machine: Interpreter, array: Resolved, dimension: Constant, control: Control) -> list[float]:
+    """Return LEN elements of one dimension; fault if LEN is beyond its end."""
     elements = Elements(machine, array, int(dimension.value))
     length = control["LEN"]
     if length > len(elements):
@@ -178,6 +183,7 @@ def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[
         machine: Interpreter, power: bool, array: Resolved, dimension: Constant, target: Place, group: Group
     ) -> None:
         def operate(control: Control) -> bool:
+            """Store the statistic; return whether it has enough values and no overflow."""
             machine.clear_flags()
             values = _values(machine, array, dimension, control)
             if len(values) < least:
@@ -202,11 +208,14 @@ def _average(values: list[float]) -> float:
 
 
 def _deviation(values: list[float]) -> float:
+    """Return the standard deviation of a sample."""
     mean = _average(values)
     return arithmetic.root(sum((value - mean) * (value - mean) for value in values) / (len(values) - 1))
 
 
 def _srt(machine: Interpreter, power: bool, array: Resolved, dimension: Constant, group: Group) -> None:
+    """Sort LEN elements in ascending order when the rung becomes true."""
+
     def operate(control: Control) -> bool:
         values = sorted(_values(machine, array, dimension, control))
         elements = Elements(machine, array, int(dimension.value))

@@ -76,33 +76,35 @@ _CLEARED = {"CU": False, "CD": False, "DN": False, "OV": False, "UN": False, "AC
 
 
 def _ctud(machine: Interpreter, counter: Group) -> None:
+    """Count when exactly one of the enables rises; a reset clears the counter instead."""
     up, down = _get(machine, counter, "CUEnable"), _get(machine, counter, "CDEnable")
-    rises = up and not _get(machine, counter, "~up")
-    falls = down and not _get(machine, counter, "~down")
+    counts_up = up and not _get(machine, counter, "~up")
+    counts_down = down and not _get(machine, counter, "~down")
     put(machine, counter, **{"EnableOut": True, "~up": up, "~down": down})
     if _get(machine, counter, "Reset"):
         put(machine, counter, **_CLEARED)
         return
     put(machine, counter, CU=up, CD=down)
-    if rises != falls:
-        one_count(machine, counter, 1 if rises else -1)
+    if counts_up != counts_down:
+        one_count(machine, counter, 1 if counts_up else -1)
     put_done(machine, counter)
 
 
 def _write_ctud(rungs: RungWriter, counter: Group) -> None:
+    """Write code that does the same as `_ctud`."""
     keep = rungs.values.keep
     up, down = (keep(write_get(rungs, counter, name)) for name in ("CUEnable", "CDEnable"))
-    rises = keep(f"{up} and not {write_get(rungs, counter, '~up')}")
-    falls = keep(f"{down} and not {write_get(rungs, counter, '~down')}")
+    counts_up = keep(f"{up} and not {write_get(rungs, counter, '~up')}")
+    counts_down = keep(f"{down} and not {write_get(rungs, counter, '~down')}")
     write_set(rungs, counter, EnableOut=True)
     write_set(rungs, counter, **{"~up": up, "~down": down})
     with rungs.writer.block(f"if {write_get(rungs, counter, 'Reset')}:"):
         write_set(rungs, counter, **_CLEARED)
     with rungs.writer.block("else:"):
         write_set(rungs, counter, CU=up, CD=down)
-        with rungs.writer.block(f"if {rises} and not {falls}:"):
+        with rungs.writer.block(f"if {counts_up} and not {counts_down}:"):
             write_one_count(rungs, counter, write_get(rungs, counter, "ACC"), 1)
-        with rungs.writer.block(f"if {falls} and not {rises}:"):
+        with rungs.writer.block(f"if {counts_down} and not {counts_up}:"):
             write_one_count(rungs, counter, write_get(rungs, counter, "ACC"), -1)
         write_done(rungs, counter, write_get(rungs, counter, "ACC"))
 
@@ -111,6 +113,8 @@ def _write_ctud(rungs: RungWriter, counter: Group) -> None:
 
 
 def _one_shot(name: str, *, rising: bool) -> Spec:
+    """Return the row of OSRI, or of OSFI if not `rising`."""
+
     def run(machine: Interpreter, shot: Group) -> None:
         is_on, was_on = _get(machine, shot, "InputBit"), _get(machine, shot, "~before")
         fires = is_on and not was_on if rising else was_on and not is_on

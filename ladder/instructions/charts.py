@@ -31,6 +31,7 @@ _MS = 1_000_000  # nanoseconds in a millisecond
 
 
 def _set_members(machine: Interpreter, bits: Mapping[str, Place], **values: int) -> None:
+    """Set members of a step or action by name; for a BOOL, any number but 0 is true."""
     for name, value in values.items():
         place = bits[name]
         machine.put(place, bool(value) if place.type.is_bool else value)
@@ -66,6 +67,10 @@ def _members_of_all(chart: LoweredChart) -> Iterator[Mapping[str, Place]]:
 
 
 def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
+    """Begin a scan of the chart; return whether it goes on, which it does not while it is paused.
+
+    A new chart activates its initial step. A step that SFR names replaces the active ones.
+    """
     state = _integer(machine, chart.state)
     if state == PAUSED:
         machine.put(chart.seen, machine.now_ns)
@@ -85,6 +90,7 @@ def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
 
 
 def _write_begin(rungs: RungWriter, chart: LoweredChart) -> str:
+    """Return text for `_begin`, which is called unless the chart simply goes on."""
     state, reset = rungs.values.read(chart.state), rungs.values.read(chart.reset)
     return f"(({state} == {EXECUTING} and not {reset}) or interpret({rungs.values.site}))"
 
@@ -116,6 +122,7 @@ def _reset(machine: Interpreter, chart: LoweredChart, target: ChartNode) -> None
 
 
 def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
+    """Restart the chart at its initial step, or else note that it was executing before program mode."""
     if chart.options.restart is RestartPosition.INITIAL:
         machine.put(chart.state, NEW)
     elif _integer(machine, chart.state) == EXECUTING:
@@ -142,6 +149,7 @@ def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 def _clock(machine: Interpreter, chart: LoweredChart) -> None:
+    """Set `delta` and `rest` to the time since the last execution and since the last call."""
     for last, passed in ((chart.last, chart.delta), (chart.seen, chart.rest)):
         machine.put(passed, machine.now_ns - _integer(machine, last))
         machine.put(last, machine.now_ns)
@@ -157,6 +165,7 @@ def _write_clock(rungs: RungWriter, chart: LoweredChart) -> None:
 
 
 def _activate(machine: Interpreter, node: ChartNode) -> None:
+    """Make a step active and count it; unless it is a stop, its next scan is its first."""
     _set_members(machine, node.bits, X=1)
     _increment_count(machine, node.bits)
     if not node.stop:
@@ -164,6 +173,7 @@ def _activate(machine: Interpreter, node: ChartNode) -> None:
 
 
 def _step(machine: Interpreter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
+    """Advance the time of an active step, and set its bits for the first scan, done and alarms."""
     bits = node.bits
     new = machine.truth(machine.get(bits["new"]))
     ns = 0 if new else _integer(machine, bits["ns"]) + _elapsed(machine, chart, bits)
@@ -178,6 +188,7 @@ def _step(machine: Interpreter, chart: LoweredChart, node: ChartNode, _tag: Grou
 
 
 def _write_step(rungs: RungWriter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
+    """Write code that does the same as `_step`."""
     values, bits = rungs.values, node.bits
     new = values.keep(values.read(bits["new"]))
     ns = values.keep(_write_time(rungs, chart, bits, new))
@@ -198,6 +209,7 @@ def _write_step(rungs: RungWriter, chart: LoweredChart, node: ChartNode, _tag: G
 
 
 def _write_time(rungs: RungWriter, chart: LoweredChart, bits: Mapping[str, Place], new: str) -> str:
+    """Return text for the new time of a step or action in ns, which begins at 0 if `new` is true."""
     read = rungs.values.read
     passed = f"({read(chart.rest)} if {read(bits['PauseTimer'])} else {read(chart.delta)})"
     return f"0 if {new} else {read(bits['ns'])} + {passed}"
@@ -233,6 +245,7 @@ JUMPS = 100
 def _fire_transition(
     machine: Interpreter, chart: LoweredChart, transition: ChartTransition, *_read: object
 ) -> None:
+    """End the steps before a transition and begin those after it; count it for the watchdog."""
     machine.fault_log.jumped_back(machine.site, JUMPS)
     for node in transition.sources:
         _leave(machine, chart, node)
@@ -309,11 +322,13 @@ was stored, and whether T has reached PRE.
 
 
 def _is_on(machine: Interpreter, chart_action: ChartAction) -> bool:
+    """Return whether the tag of an action is on, and this action is its owner."""
     bits = chart_action.bits
     return machine.truth(machine.get(bits["A"])) and _integer(machine, bits["owner"]) == chart_action.index
 
 
 def _start_action(machine: Interpreter, chart_action: ChartAction, *, was_on: bool) -> None:
+    """Turn the tag of an action on, with this action as its owner; count it if it was off."""
     if not was_on:
         _increment_count(machine, chart_action.bits)
     _set_members(machine, chart_action.bits, A=1, Q=1, owner=chart_action.index)
@@ -341,6 +356,7 @@ def _end_action(machine: Interpreter, chart: LoweredChart, chart_action: ChartAc
 
 
 def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool) -> None:
+    """Run the last scan of an action's body, as the chart's option says."""
     if option is LastScan.AUTOMATIC:
         machine.postscan(body)
     elif option is LastScan.PROGRAMMATIC and not pulse:

@@ -16,6 +16,7 @@ def _check_same_kind(a: Resolved, b: Resolved) -> None:
 
 
 def _comparison(name: str, relation: str) -> Spec:
+    """Return the row of an instruction that compares two numbers or two strings."""
     return condition(
         name,
         Use.TEXT_OR_NUMBER,
@@ -31,6 +32,7 @@ def _comparison(name: str, relation: str) -> Spec:
 
 
 def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) -> bool:
+    """Return whether a number is within the limits; outside of them if `low` is above `high`."""
     width = width_of(low, test, high)
     least, value, most = (machine.number(operand, width) for operand in (low, test, high))
     if least <= most:
@@ -39,6 +41,7 @@ def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) ->
 
 
 def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved) -> str:
+    """Return text for LIM; if an operand can fault, all are read into variables first."""
     width = width_of(low, test, high)
     texts = [rungs.values.term(operand, width).text for operand in (low, test, high)]
     if not _lim_is_inline(low, test, high):

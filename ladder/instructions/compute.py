@@ -39,6 +39,7 @@ def store_expression(machine: Interpreter, target: Place, expression: Resolved) 
 
 
 def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """Store a number without its decimals; record an overflow for an infinite one or a NaN."""
     machine.clear_flags()
     value = machine.number(source, width_of(source))
     if machine.is_float(value):
@@ -49,9 +50,11 @@ def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
 
 
 def _write_trn(rungs: RungWriter, source: Resolved, target: Place) -> None:
+    """Write code that does the same as `_trn`."""
     rungs.values.clear_flags()
     term = rungs.values.term(source, width_of(source))
     if term.real:
+        # the range is that of a float
         term = Term(f"cut({rungs.values.site}, {term.text})", -(1 << 1024), 1 << 1024)
     rungs.values.store_wide(target, term)
 

@@ -19,6 +19,7 @@ from ..state.memory import Passed
 
 
 def _write_jmp(rungs: RungWriter, label: str) -> None:
+    """Write a jump to another section of the routine; a jump back counts for the watchdog."""
     if rungs.sections[label] <= rungs.section:
         rungs.writer.line(f"jumped_back({rungs.values.site})")
     rungs.writer.line(f"at = {rungs.sections[label]}")
@@ -36,6 +37,7 @@ def routine_named(resolver: OperandResolver, name: Operand, remedy: str = "write
 
 
 def _resolve_jsr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Call]:
+    """Return the call of a JSR, whose operands are routine, number of inputs, inputs, returns."""
     routine = routine_named(resolver, operands[0])
     count = 0
     if len(operands) > 1:
@@ -51,16 +53,19 @@ def _resolve_jsr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
 
 
 def _input(resolver: OperandResolver, operand: Operand) -> Resolved:
+    """Return an operand of a call: a structure or array to copy, or a value."""
     is_group = isinstance(resolver.any(operand), Group)
     return resolver.checked(Use.SOURCE, operand) if is_group else resolver.value(operand)
 
 
 def _output(resolver: OperandResolver, operand: Operand) -> Place | Group:
+    """Return a target of a call: a structure or array to copy to, or a place."""
     is_group = isinstance(resolver.any(operand), Group)
     return resolver.checked(Use.DESTINATION, operand) if is_group else resolver.target(operand)
 
 
 def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
+    """Call a routine; return its values. Calls of a recursive one are counted, and fault if too deep."""
     inputs = [machine.value(operand) for operand in call.inputs]
     if call.routine not in machine.lowered.recursive:
         return machine.call(call.routine, inputs)
@@ -74,6 +79,7 @@ def _scan_routine_once(scan: Callable[[Interpreter, str], None]) -> Callable[...
     """Return the prescan or postscan function of a call, which scans a recursive routine only once."""
 
     def run(machine: Interpreter, call: Call, *_values: Resolved) -> None:
+        """Scan the called routine, unless an outer call is already scanning it."""
         if call.routine in machine.prescanned:
             return
         if call.routine in machine.lowered.recursive:
@@ -101,6 +107,7 @@ def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
 
 
 def _write_jsr(rungs: RungWriter, call: Call) -> None:
+    """Write a call, and the storing of as many values as the routine returns."""
     results = ""
     with _writing_call(rungs, call) as text:
         if call.returns:
@@ -147,6 +154,7 @@ def _write_ret(rungs: RungWriter, *values: Resolved) -> None:
 
 
 def _sbr(machine: Interpreter, *targets: Place | Group) -> bool:
+    """Store the inputs of the current call; return True, because SBR passes power on."""
     machine.take(targets, machine.inputs)
     return True
 
@@ -161,6 +169,7 @@ def _write_sbr(rungs: RungWriter, *targets: Place | Group) -> str:
 
 
 def _resolve_for(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+    """Return the call and the index of a FOR, and its initial, terminal and step values."""
     routine = routine_named(resolver, operands[0])
     if len(operands) < 5:
         operands = (*operands, Number(1, "1"))  # some exports omit the step
@@ -176,6 +185,10 @@ def _resolve_for(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
 def _for(
     machine: Interpreter, call: Call, index: Place, initial: Resolved, terminal: Resolved, step: Resolved
 ) -> None:
+    """Call a routine for each value of the index, until it passes the terminal value or BRK runs.
+
+    The operands are read again in each pass, because the routine may change them.
+    """
     machine.put(index, wrap(machine.integer(initial), DINT.bits))
     while True:
         count, last, increment = (machine.integer(operand) for operand in (index, terminal, step))
@@ -191,6 +204,7 @@ def _for(
 def _write_for(
     rungs: RungWriter, call: Call, index: Place, initial: Resolved, terminal: Resolved, step: Resolved
 ) -> None:
+    """Write code that does the same as `_for`."""
     values = rungs.values
 
     def term(operand: Resolved) -> str:

@@ -256,7 +256,10 @@ class Interpreter(PlaceValues):
             self.frame = outer
 
     def handed(self, operand: Place | Group) -> InterpretedAddOnStore:
-        """Return an operand as a store for an add-on instruction."""
+        """Return an operand as a store for an add-on instruction.
+
+        An argument of the calling add-on instruction, or a part of one, is passed on as the tag that it is.
+        """
         leaf = first_leaf(operand)
         indexed_dims = self.dims_of(leaf)[: len(operand.indices)]
         element = 0

@@ -176,7 +176,9 @@ class Lowering:
     def at(self, number: int, origin: Origin, text: str) -> None:
         """Start a rung or a line of structured text."""
         site = self._site  # `replace` takes three times as long
-        self._site = Site(site.program, site.routine, number, "", site.unit, origin.file, origin.line)
+        self._site = Site(
+            site.program, site.routine, number, unit=site.unit, file=origin.file, line=origin.line
+        )
         self._rung_text = text
 
     def line(self, number: int, rung: Rung) -> LoweredLine:
@@ -212,7 +214,7 @@ class Lowering:
         """Number an instruction of the current rung or line."""
         site = self._site
         self.lowered.sites.append(
-            Site(site.program, site.routine, site.rung, text, site.unit, site.file, site.line)
+            Site(site.program, site.routine, site.rung, text, unit=site.unit, file=site.file, line=site.line)
         )
         return len(self.lowered.sites) - 1
 
@@ -359,7 +361,10 @@ class Lowering:
         return resolved
 
     def _keyword(self, operand: Operand) -> str:
-        """Return a keyword as structured text writes it, in capitals; "" for another operand."""
+        """Return a keyword as structured text writes it, in capitals; "" for another operand.
+
+        Raise an OperandError for a name that is neither a tag nor a keyword.
+        """
         if not isinstance(operand, Address) or operand.steps:
             return ""
         word = plain(operand.name)

@@ -211,7 +211,10 @@ class Layout:
 
     @property
     def leaves(self) -> Mapping[str, Leaf]:
-        """All leaves by path in capitals: status flags, those of the tags in their order, then the others."""
+        """All leaves by path in capitals: status flags, those of the tags in their order, then the others.
+
+        It creates the leaves of tags that do not exist yet.
+        """
         if not self._ordered:
             self._ordered = True
             self._unfold(*list(self._folded))
@@ -326,7 +329,10 @@ class Layout:
         return leaf
 
     def find(self, path: str) -> Leaf | None:
-        """Return a leaf by its case-insensitive path; None if it does not exist."""
+        """Return a leaf by its case-insensitive path; None if it does not exist.
+
+        A leaf of a tag is created when it is requested for the first time.
+        """
         name = path.upper()
         leaf = self._leaves.get(name)
         if leaf is None and self._folded:
@@ -527,7 +533,7 @@ class Layout:
     def _leaf(
         self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
     ) -> Leaf:
-        return Leaf(path, kind, dims, self._ident(path), slot, output)
+        return Leaf(path, kind, dims, self._ident(path), slot=slot, output=output)
 
     def _ident(self, path: str) -> str:
         """Return a new identifier for a path, with a number at the end if it is taken."""

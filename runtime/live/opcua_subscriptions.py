@@ -93,8 +93,11 @@ class Subscriptions:
         for result in created:
             if result.StatusCode.is_good():
                 service._monitored_items[result.MonitoredItemId].timestamps = params.TimestampsToReturn
-        results, refused_result = iter(created), ua.MonitoredItemCreateResult
-        return [refused_result(status(refusal)) if refusal else next(results) for refusal in refusals]
+        created_results = iter(created)  # of the accepted items, in order
+        return [
+            ua.MonitoredItemCreateResult(status(refusal)) if refusal else next(created_results)
+            for refusal in refusals
+        ]
 
     async def modify_items(self, params: Any) -> list[Any]:
         """Change the known items; return a result for each item."""

@@ -209,6 +209,7 @@ class EveryRpi(Exchange):
 
     @override
     def exchange_early(self, end_ns: int) -> bool:
+        """Carry out the next exchange if it is due by the end of the scan; return whether it was."""
         due = self._next_ns <= end_ns
         if due:
             self._exchange(self._next_ns)
@@ -227,6 +228,7 @@ class EveryRpi(Exchange):
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
+        """Return how many scans come before the first unknown exchange; 0 while the outputs change."""
         outputs_of = self._prediction.outputs_of
         is_steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
         if self._starting or not is_steady:
@@ -238,12 +240,14 @@ class EveryRpi(Exchange):
 
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
+        """Return the coming scans' rows: each scan sees the inputs of its latest exchange."""
         latest_ns, rpi_ns = self._next_ns - self.rpi_ns, self.rpi_ns
         if period_ns % rpi_ns == 0:  # each scan sees only its last exchange
             first_ns = now_ns // rpi_ns * rpi_ns
             return Block.all_updated(
                 self._prediction.rows(latest_ns, first_ns, period_ns, min(count, most_rows)), count
             )
+        # the exchanges in these scans, which may be more than the scans, must also fit into `most_rows`
         count = min(count, most_rows, 1 + (most_rows - 1) * rpi_ns // period_ns)
         # for each scan the index of its latest exchange: the next exchange has index 0, the one before -1
         latest = [(now_ns + scan * period_ns - self._next_ns) // rpi_ns for scan in range(count)]

@@ -13,7 +13,7 @@ from .listeners import QuietListener
 from .scan import CpuMode
 
 
-class _Turn(NamedTuple):
+class _KeyTurn(NamedTuple):
     at_ns: int
     mode: CpuMode
 
@@ -25,9 +25,9 @@ class KeySwitch(QuietListener):
         self._cpu = cpu
         turns = []
         for fault in incidents:
-            turns.append(_Turn(fault.at_ns, CpuMode.PROGRAM))
+            turns.append(_KeyTurn(fault.at_ns, CpuMode.PROGRAM))
             if fault.for_ns:
-                turns.append(_Turn(fault.at_ns + fault.for_ns, CpuMode.RUN))
+                turns.append(_KeyTurn(fault.at_ns + fault.for_ns, CpuMode.RUN))
         self._turns = sorted(turns)
 
     @override

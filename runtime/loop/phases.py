@@ -237,6 +237,7 @@ class ScanPhases:
 
 
 def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool, outside: bool) -> int:
+    """Return the flags of a scan: its mode, and a bit for each condition that applies."""
     flags = mode.value
     if first:
         flags |= ScanFlag.FIRST_SCAN.value

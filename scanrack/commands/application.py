@@ -7,6 +7,7 @@ libraries.
 from __future__ import annotations
 
 import difflib
+import inspect
 import re
 import sys
 from collections.abc import Sequence
@@ -88,10 +89,17 @@ def _command(name: str) -> Any:
 
 
 def _plain(command: Any) -> Any:
-    """Remove argument brackets from the usage lines of a command and its subcommands; return the command.
+    """Simplify the help of a command and its subcommands; return the command.
 
-    Some versions of Typer write `{RACK}` for required arguments, and `[[WHAT]]` for optional ones.
+    Some versions of Typer write `{RACK}` for required arguments, `[[WHAT]]` for optional ones, and the Python
+    type after an argument's name. Typer rewraps a paragraph of examples, unless a backspace precedes it.
     """
+    command.help = re.sub(
+        r"^Examples:$", "\b\n\\g<0>", inspect.cleandoc(command.help or ""), flags=re.MULTILINE
+    )
+    for parameter in command.params:
+        if parameter.param_type_name == "argument":
+            parameter.display_type = lambda _: ""
     pieces = command.collect_usage_pieces
     command.collect_usage_pieces = lambda context: [
         re.sub(r"^(?:\{(.+)\}|\[(\[.+\])\])(?:\.\.\.)?$", r"\1\2", piece) for piece in pieces(context)

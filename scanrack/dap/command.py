@@ -162,6 +162,9 @@ The debug adapter speaks the Debug Adapter Protocol on standard input and output
 steps through rungs, structured text, charts, sequences, Python and lists of steps, scan by scan.
 With --port a client connects to a port. Its first line is the printed key: key KEY.
 
+Examples:
+    scanrack debug --port 0
+
 Exit status: 0 the client ended the session, 2 the port can't be used."""
 
 

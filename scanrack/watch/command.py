@@ -135,6 +135,11 @@ A trace opens in the same page. TRACE#scan=12345&rung=Main.6 opens it at a scan 
 with it runs only if it is the same as in the current folder, or with --trust. Otherwise the page shows only
 images and events. A page of scanrack share --with-recording opens as well; its trace is written beside it.
 
+Examples:
+    scanrack new feeder --from feeder
+    scanrack watch feeder/feeder.toml --open
+    scanrack watch run.mcap --open
+
 Exit status: 0 done, 1 the controller faulted, 2 a file or option can't be used, 3 the trace can't be written
 or a helper process never started, 130 stopped by Ctrl-C, which ends a session without --for."""
 

@@ -38,10 +38,12 @@ def contracts_of(
     changed_readings = readings or {}
 
     def keeps(contract: Contract) -> bool:
+        """Return whether the module keeps a contract, which may need certain values of options."""
         if contract.needs_two_images and not each_update:
             return False
         if adapter and not contract.adapters:
             return False
+        # an option that was not changed has the value that the contract needs
         return all(changed_readings.get(name, value) == value for name, value in contract.readings.items())
 
     return tuple(filter(keeps, CONTRACTS))

@@ -38,6 +38,7 @@ def grammar() -> str:
 
 
 def _terminals_of(row: Instruction) -> str:
+    """Return the terminals of an instruction's line as text: its name and operands, in order."""
     words = [keyword_terminal(word) for word in row.name.split()]
     operands = [operand.terminal for operand in row.operands]
     if row.name == "IF INPUT":

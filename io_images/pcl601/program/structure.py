@@ -15,7 +15,7 @@ class _Loop(NamedTuple):
 
     start: int  # index of its label
     end: int  # index of its LOOP instruction
-    inner: bool
+    kind: str  # "inner" or "outer"
 
 
 def check_structure(program: Program, lines: Sequence[int] | None = None) -> None:
@@ -48,12 +48,13 @@ def _wrong_loops(program: Program) -> Iterator[tuple[int, str]]:
     for index, step in enumerate(program.steps):
         if not step.name.startswith("LOOP"):
             continue
-        loop = _Loop(program.labels[str(step.target)], index, step.name == "LOOP INNER")
+        kind = "inner" if step.name == "LOOP INNER" else "outer"
+        loop = _Loop(program.labels[str(step.target)], index, kind)
         if loop.start > index:
             yield index, f"label {step.target} must be above the loop"
         for other_loop in loops:
-            if other_loop.end > loop.start and (other_loop.inner == loop.inner or not other_loop.inner):
-                kind, outer_kind = ("inner" if nested.inner else "outer" for nested in (other_loop, loop))
+            is_inside = other_loop.end > loop.start
+            if is_inside and (other_loop.kind, loop.kind) != ("inner", "outer"):
                 only = "only inner loops in an outer one"
-                yield index, f"an {kind} loop can't be inside an {outer_kind} loop: {only}"
+                yield index, f"an {other_loop.kind} loop can't be inside an {loop.kind} loop: {only}"
         loops.append(loop)

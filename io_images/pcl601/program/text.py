@@ -80,6 +80,7 @@ class _OperandAtError(Exception):
 
 
 def _content(tree: Tree[Token]) -> Step | _Directive | None:
+    """Return the instruction or directive in a parsed line; None if the line has neither."""
     tokens = [token for token in tree.children if isinstance(token, Token)]
     if tree.data == "nothing":
         return None
@@ -94,6 +95,7 @@ def _content(tree: Tree[Token]) -> Step | _Directive | None:
 
 
 def _directive(name: str, token: Token) -> _Directive:
+    """Return a directive with its value: a text, an axis number, or whether ON is given."""
     if name == "title":
         return _Directive(name, _value(unquoted, token))
     if name == "axis":
@@ -110,6 +112,7 @@ def _value(convert: Callable[[str], Any], token: Token) -> Any:
 
 
 def _column(line: str, error: UnexpectedInput) -> int:
+    """Return the column of an error, from 1; for a line that ends too early, the column after its end."""
     if isinstance(error, UnexpectedToken) and error.token.type == "$END":
         return len(line.rstrip()) + 1
     return int(error.column)
@@ -128,6 +131,7 @@ def _reason(line: str, error: UnexpectedInput) -> str:
 
 
 def _allowed(error: UnexpectedInput) -> set[str]:
+    """Return the terminals that the line could continue with; an empty set if the parser does not know."""
     if isinstance(error, UnexpectedToken):
         return set(error.accepts or error.expected)
     return set(error.allowed) if isinstance(error, UnexpectedCharacters) else set()

@@ -64,20 +64,23 @@ class Lanes:
         if not plain or len(watched) < len(cells) or self._code is None:
             return changes
         chosen = [stretches[place] for place in plain]
-        for number, known in zip(plain, self._run(watched, chosen), strict=True):
-            changes[number] = known
+        for number, change in zip(plain, self._run(watched, chosen), strict=True):
+            changes[number] = change
         return changes
 
     @cached_property
     def _loaded(self) -> frozenset[str]:
+        """Identifiers of the variables that arrays can hold: numbers, lists of them, and views."""
         cells = self._memory.cells.items()
         return frozenset(ident for ident, cell in cells if _is_numeric(cell.cell_contents))
 
     @cached_property
     def _code(self) -> Any:
+        """The program as code on arrays; None if it can't run on them."""
         return code_of(self._lowered, self._loaded)
 
     def _run(self, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
+        """Run stretches in parallel; return their last changes, UNKNOWN where a lane was lost."""
         try:
             with collector_paused():
                 begin, end = self._columns(stretches)
@@ -97,13 +100,13 @@ class Lanes:
         The snapshot after a stretch is usually the snapshot before the next one.
         """
         pairs = [(stretch.values, stretch.after) for stretch in stretches]
-        known = {id(item): item for pair in pairs for item in pair}
-        numbers = {key: number for number, key in enumerate(known)}
+        snapshots = {id(item): item for pair in pairs for item in pair}
+        numbers = {key: number for number, key in enumerate(snapshots)}
         chosen = np.array([[numbers[id(item)] for item in pair] for pair in pairs]).T
         begin: dict[str, Any] = {}
         end: dict[str, Any] = {}
         for ident in self._loaded:
-            column = _column([values[ident] for values in known.values()])
+            column = _column([values[ident] for values in snapshots.values()])
             begin[ident], end[ident] = (_at(column, places) for places in chosen)
         return begin, {ident: value for ident, value in end.items() if ident not in self._images}
 
@@ -134,6 +137,7 @@ _Watched = tuple[str, int | None, int | None]
 
 
 def _is_numeric(value: Any) -> bool:
+    """Return whether a value is a number, a list of numbers, or a view."""
     if isinstance(value, list):
         return all(isinstance(item, (bool, int, float)) for item in value)
     return isinstance(value, (bool, int, float, memoryview))
@@ -160,6 +164,7 @@ def _words(rows: Any) -> list[Any]:
 
 
 def _repeating(count: int, most: int) -> Any:
+    """Return the indexes of `count` scans, and the last one again up to `most` indexes."""
     return np.minimum(np.arange(most), count - 1)
 
 
@@ -183,6 +188,7 @@ def _are_as(vectors: Vectors, expected: Mapping[str, Any]) -> Any:
 
 
 def _column(values: list[Any]) -> Any:
+    """Return a variable's values in all snapshots; for a list, the values of each element."""
     first = values[0]
     if not isinstance(first, list):
         return _row(np.array(values, _TYPES[type(first)]), type(first))
@@ -204,6 +210,7 @@ def _row(row: Any, kind: type) -> Any:
 
 
 def _value(vectors: Vectors, ident: str, index: int | None, mask: int | None) -> Any:
+    """Return a variable, an element of it, or some of its bits, in all lanes."""
     value = vectors.values[ident]
     if index is not None:
         value = value[index]

@@ -76,7 +76,15 @@ def _whole(call: ast.Call, place: int, constants: Mapping[str, int]) -> int | No
 
 
 class _Translator:
-    """Translates one function."""
+    """Translates one function.
+
+    Args:
+        used: the variables of the program.
+        loaded: those whose values are available as arrays.
+        assigned: the names that the function assigns.
+        routines: the names of the program's functions.
+        constants: the arguments that are the same number in all calls.
+    """
 
     def __init__(
         self,
@@ -92,7 +100,7 @@ class _Translator:
         self._shared = sorted(used & loaded - {*self._given})
         self._locals = sorted(assigned - used)
         self._known = {*self._shared, *self._given, *self._locals}
-        self._masks = 0
+        self._masks = 0  # names of masks so far
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the function."""
@@ -107,6 +115,7 @@ class _Translator:
         yield from ("    " + line for line in self._body(body, "m0"))
 
     def _body(self, body: Sequence[ast.stmt], mask: str) -> Iterator[str]:
+        """Yield the lines of statements; lanes that reach a statement without a translation are lost."""
         yield "pass"
         for statement in body:
             try:
@@ -115,6 +124,7 @@ class _Translator:
                 yield f"lose({mask})"
 
     def _statement(self, node: ast.stmt, mask: str) -> Iterator[str]:
+        """Yield the lines of a statement; raise a NotTranslatedError if there is no translation."""
         if isinstance(node, (ast.Nonlocal, ast.Global, ast.Pass)):
             return
         if isinstance(node, ast.Try):
@@ -135,23 +145,26 @@ class _Translator:
         return f"m{self._masks}"
 
     def _if(self, node: ast.If, mask: str) -> Iterator[str]:
-        met, then = self._new_mask(), self._new_mask()
+        """Yield both arms of an IF, each under the mask of its own lanes."""
+        met, lanes = self._new_mask(), self._new_mask()
         yield f"{met} = {self._truth(node.test, mask)}"
-        yield f"{then} = both({mask}, {met})"
-        yield f"if some({then}):"
-        yield from ("    " + line for line in self._body(node.body, then))
+        yield f"{lanes} = both({mask}, {met})"
+        yield f"if some({lanes}):"
+        yield from ("    " + line for line in self._body(node.body, lanes))
         if node.orelse:
-            yield f"{then} = less({mask}, {met})"
-            yield f"if some({then}):"
-            yield from ("    " + line for line in self._body(node.orelse, then))
+            yield f"{lanes} = less({mask}, {met})"
+            yield f"if some({lanes}):"
+            yield from ("    " + line for line in self._body(node.orelse, lanes))
 
     def _while(self, node: ast.While, mask: str) -> Iterator[str]:
+        """Yield a loop; lanes leave it when their test fails."""
         inner, passes = self._new_mask(), self._new_mask()
         test = f"{inner} = both({inner}, {self._truth(node.test, inner)})"
         yield from (f"{inner} = {mask}", test, f"{passes} = 0", f"while loop({inner}, {passes}):")
         yield from ("    " + line for line in (*self._body(node.body, inner), f"{passes} += 1", test))
 
     def _assignment(self, target: ast.expr, value: ast.expr, mask: str) -> str:
+        """Return the line that assigns to a name, an element or a slice in the lanes of a mask."""
         if isinstance(target, ast.Name):
             self._expression(target, mask)  # check that it is known
             if _is_copy(value):
@@ -169,6 +182,7 @@ class _Translator:
         return f"store({mask}, {rows}, {index}, {new})"
 
     def _bounds(self, node: ast.Slice, mask: str) -> tuple[str, str]:
+        """Return the bounds of a slice, which must have both and no step."""
         if node.lower is None or node.upper is None or node.step is not None:
             raise NotTranslatedError
         return self._expression(node.lower, mask), self._expression(node.upper, mask)
@@ -184,6 +198,7 @@ class _Translator:
         raise NotTranslatedError
 
     def _expression(self, node: ast.expr, mask: str) -> str:
+        """Return an expression; raise a NotTranslatedError if there is no translation."""
         written = self._WRITTEN.get(type(node))
         if written is None:
             raise NotTranslatedError
@@ -204,16 +219,19 @@ class _Translator:
         return repr(node.value)
 
     def _tuple(self, node: ast.Tuple, _mask: str) -> str:
+        """Return the empty tuple, the only one with a translation."""
         if node.elts:
             raise NotTranslatedError
         return "()"
 
     def _name(self, node: ast.Name, _mask: str) -> str:
+        """Return a known variable; an argument that is the same in all calls is a number."""
         if node.id not in self._known:
             raise NotTranslatedError
         return str(self._constants[node.id]) if node.id in self._constants else node.id
 
     def _subscript(self, node: ast.Subscript, mask: str) -> str:
+        """Return an element of a list; its index may differ between lanes."""
         if isinstance(node.slice, ast.Slice):
             raise NotTranslatedError
         rows, index = self._expression(node.value, mask), self._expression(node.slice, mask)
@@ -232,6 +250,7 @@ class _Translator:
         return f"({sign}{self._number(node.operand, mask)})"
 
     def _bin_op(self, node: ast.BinOp, mask: str) -> str:
+        """Return a calculation; only a constant may be a divisor or a number of places to shift."""
         bitwise = _BITWISE.get(type(node.op))
         if bitwise is not None:
             return f"({self._expression(node.left, mask)} {bitwise} {self._expression(node.right, mask)})"
@@ -239,13 +258,14 @@ class _Translator:
         if isinstance(node.op, ast.Mult):
             return f"times({mask}, {left}, {right})"
         sign = _SIGNS.get(type(node.op))
-        if sign is None or (sign in _CONSTANT and not isinstance(node.right, ast.Constant)):
+        if sign is None or (sign in _CONSTANT_RIGHT and not isinstance(node.right, ast.Constant)):
             raise NotTranslatedError
         if sign == "+" and left.isdigit() and right.isdigit():
             return str(int(left) + int(right))
         return f"({left} {sign} {right})"
 
     def _compare(self, node: ast.Compare, mask: str) -> str:
+        """Return a comparison; a chained one is a conjunction."""
         values = [self._expression(operand, mask) for operand in (node.left, *node.comparators)]
         if not all(type(op) in _RELATIONS for op in node.ops):
             raise NotTranslatedError
@@ -256,19 +276,21 @@ class _Translator:
         return pairs[0] if len(pairs) == 1 else f"and_({', '.join(pairs)})"
 
     def _if_exp(self, node: ast.IfExp, mask: str) -> str:
+        """Return a conditional expression, whose branches are functions of the mask of their lanes."""
         inner = self._new_mask()
-        then, otherwise = (
-            f"lambda {inner}: {self._or_lose(branch, inner)}" for branch in (node.body, node.orelse)
-        )
-        return f"pick({mask}, {self._expression(node.test, mask)}, {then}, {otherwise})"
+        when_true = f"lambda {inner}: {self._or_lose(node.body, inner)}"
+        when_false = f"lambda {inner}: {self._or_lose(node.orelse, inner)}"
+        return f"pick({mask}, {self._expression(node.test, mask)}, {when_true}, {when_false})"
 
     def _or_lose(self, node: ast.expr, mask: str) -> str:
+        """Return an expression; without a translation, a call that loses its lanes."""
         try:
             return self._expression(node, mask)
         except NotTranslatedError:
             return f"lose({mask})"
 
     def _call(self, node: ast.Call, mask: str) -> str:
+        """Return a call of a routine or a service; a call that records a fault loses its lanes."""
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if node.keywords:
             raise NotTranslatedError
@@ -320,7 +342,7 @@ _SIGNS: Mapping[type[ast.operator], str] = {
 }
 _BITWISE: Mapping[type[ast.operator], str] = {ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^"}
 _WHOLE = re.compile(r"\d+|\(-\d+\)")
-_CONSTANT = ("//", "%", ">>")
+_CONSTANT_RIGHT = ("//", "%", ">>")
 _RELATIONS: Mapping[type[ast.cmpop], str] = {
     ast.Eq: "==",
     ast.NotEq: "!=",

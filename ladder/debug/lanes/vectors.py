@@ -59,6 +59,7 @@ class Vectors:
             self.values["scan"](active, now)
 
     def _lose(self, mask: Mask, *_ignored: Any) -> int:
+        """Mark the lanes of a mask as lost; return 0 instead of the value that they lack."""
         if mask is None:
             self.lost[:] = True
         elif mask is not False:
@@ -76,6 +77,7 @@ class Vectors:
         return some(mask)
 
     def _at(self, mask: Mask, rows: Any, index: Any) -> Any:
+        """Return an element of a list, whose index may differ between lanes."""
         if index.__class__ is int:
             return rows[index]
         picked: Any = 0
@@ -84,6 +86,7 @@ class Vectors:
         return picked
 
     def _store(self, mask: Mask, rows: Any, index: Any, value: Any) -> None:
+        """Set an element of a list in the lanes of a mask; its index may differ between lanes."""
         if index.__class__ is int:
             rows[index] = put(mask, value, rows[index])
             return
@@ -91,6 +94,7 @@ class Vectors:
             rows[place] = put(both(mask, index == place), value, rows[place])
 
     def _places(self, mask: Mask, rows: Any, index: Any) -> list[int]:
+        """Return the indexes that lanes use; lose the lanes if one is out of range, or too many differ."""
         used = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
         places: list[int] = np.unique(used).tolist()
         if len(places) > MOST_PLACES or any(not 0 <= place < len(rows) for place in places):
@@ -99,11 +103,13 @@ class Vectors:
         return places
 
     def _rows(self, mask: Mask, rows: Any, first: Any, end: Any) -> Any:
+        """Return a slice of a list; the lanes are lost unless they share the bounds."""
         if first.__class__ is int and end.__class__ is int:
             return rows[first:end]
         return self._lose(mask)
 
     def _put_rows(self, mask: Mask, rows: Any, first: Any, end: Any, values: Any) -> None:
+        """Set a slice of a list in the lanes of a mask; they are lost unless they share the bounds."""
         if (
             first.__class__ is not int
             or end.__class__ is not int
@@ -115,12 +121,14 @@ class Vectors:
             rows[first:end] = [put(mask, new, old) for new, old in zip(values, rows[first:end], strict=True)]
 
     def _copy_row(self, mask: Mask, goal: Any, at: Any, origin: Any, first: Any, count: Any) -> None:
+        """Copy elements between lists; the lanes are lost unless they share the indexes."""
         if any(item.__class__ is not int for item in (at, first, count)):
             self._lose(mask)
         elif count > 0:
             self._put_rows(mask, goal, at, at + count, origin[first : first + count])
 
     def _times(self, mask: Mask, a: Any, b: Any) -> Any:
+        """Return a product; the lanes are lost if it might not fit in 64 bits."""
         a, b = number(a), number(b)
         result = a * b
         if np.asarray(result).dtype.kind == "i" and np.abs(np.multiply(a, b, dtype=float)).max() > _EXACT:
@@ -128,9 +136,11 @@ class Vectors:
         return result
 
     def _negative(self, mask: Mask, _site: int, _tag: str, preset: Any, accumulated: Any) -> None:
+        """Lose the lanes in which PRE or ACC of a timer is negative."""
         self._lose_if(mask, truth((preset < 0) | (accumulated < 0)))
 
     def _divide(self, mask: Mask, _site: int, a: Any, b: Any) -> Any:
+        """Return a quotient, rounded toward 0; lanes with a divisor of 0 are lost."""
         self._lose_if(mask, truth(b == 0))
         a, b = number(a), np.where(b == 0, 1, b)
         size = np.abs(a) // np.abs(b)
@@ -140,6 +150,7 @@ class Vectors:
         return number(a) - self._divide(mask, site, a, b) * np.where(b == 0, 1, b)
 
     def _real_result(self, mask: Mask, _site: int, value: Any, *_operands: Any) -> Any:
+        """Return a number rounded to REAL; lanes without a finite result are lost."""
         result = np.asarray(value, float).astype(np.float32).astype(float)
         self._lose_if(mask, truth(~np.isfinite(result)))
         return result
@@ -149,6 +160,7 @@ class Vectors:
         return self._real_result(mask, site, np.asarray(a, float) / np.where(b == 0, 1.0, b))
 
     def _wrap(self, mask: Mask, value: Any, bits: Any) -> Any:
+        """Return a number wrapped to a number of bits; the lanes are lost unless they share it."""
         if bits.__class__ is not int or not -32 <= bits <= 32:
             return self._lose(mask)
         return wrap(number(value), bits)
@@ -159,6 +171,7 @@ class Vectors:
     def _pick(
         self, mask: Mask, condition: Any, then: Callable[[Mask], Any], otherwise: Callable[[Mask], Any]
     ) -> Any:
+        """Return one of two values by a condition, each evaluated only for its own lanes."""
         condition = truth(condition)
         if condition is True:
             return then(mask)

@@ -114,7 +114,10 @@ class Course:
         self.set_hidden(**{name: getattr(dynamics, name) for name in DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
-        """Return how far the axis moves, which is its master's travel since the last call times a ratio."""
+        """Return how far the axis moves, which is its master's travel since the last call times a ratio.
+
+        Store the master's position for the next call, and the speed of the axis.
+        """
         travel = (position - self.goal) * ratio
         self.set_hidden(goal=position, entry=speed * ratio)
         return travel

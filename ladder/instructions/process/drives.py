@@ -42,7 +42,7 @@ def _initial(block: FunctionBlock) -> float:
 def _with_limits(
     block: FunctionBlock, integral: float, last_integral: float, other_term: float
 ) -> tuple[float, float]:
-    """Limit an integral, and Out, which is the integral plus `other_term` [p. 302-303].
+    """Limit an integral, and Out, which is the integral plus `other_term` [p. 302-303]; set the alarms.
 
     Returns:
         (integral, out)

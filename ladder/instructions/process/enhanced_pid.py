@@ -193,7 +193,10 @@ def _change(loop: _PidLoop) -> float:
 
 
 def _in_deadband(loop: _PidLoop, previous_error: float) -> bool:
-    """Return whether the error is too small to change CV; without ZCOff, only after it has crossed zero."""
+    """Return whether the error is too small to change CV, and set ZCDeadbandOn to that.
+
+    Without ZCOff, it counts as too small only after it has crossed zero.
+    """
     block = loop.block
     band = block.limited("ZCDeadband", 0.0, math.inf)
     inside = band > 0 and abs(block.real("E")) <= band

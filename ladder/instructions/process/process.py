@@ -143,7 +143,10 @@ def _percent(loop: _Loop, value: float) -> float:
 
 
 def _change(loop: _Loop) -> float:
-    """Return the rate of change of the error, or of -PV, in percent per second."""
+    """Return the rate of change of the error, or of -PV, in percent per second.
+
+    Store the present value for the next update.
+    """
     sign = 1.0 if loop.bit("CA") else -1.0
     present = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
     previous = loop.real("~last") if loop.bit("INI") else present
@@ -154,7 +157,7 @@ def _change(loop: _Loop) -> float:
 
 def _track(loop: _Loop, output: float) -> None:
     """Set the integral so that the computed output equals `output`, for a bumpless transfer."""
-    _change(loop)
+    _change(loop)  # stores the present value
     proportional, _, _ = _gains(loop)
     error = _percent(loop, loop.real("ERR"))
     loop.set(**{"~sum": output - proportional * error - loop.real("BIAS")}, SO=output)

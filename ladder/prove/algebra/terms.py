@@ -79,7 +79,7 @@ def const(value: Any, kind: str | None = None) -> T:
     return mk("const", (), INT, number, number, number)
 
 
-TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
+TRUE, FALSE = (T("const", (), BOOL, truth, lo=0, hi=0) for truth in (True, False))
 
 
 def forget() -> None:

@@ -189,6 +189,7 @@ class _L5xReader:
     # --- logic
 
     def _add_on(self, element: Any) -> AddOnRecord:
+        """Return the record of an add-on instruction; an encoded one has no local tags or routines."""
         return AddOnRecord(
             name=element.get("Name", ""),
             parameters=tuple(map(self._tag, children(element, "Parameters", "Parameter"))),
@@ -203,6 +204,7 @@ class _L5xReader:
         )
 
     def _program(self, element: Any) -> ProgramRecord:
+        """Return the record of a program or an equipment phase."""
         get = element.get
         tested = is_true(get("TestEdits", ""))
         return ProgramRecord(
@@ -247,6 +249,7 @@ class _L5xReader:
         )
 
     def _rung(self, element: Any, index: int) -> L5xRungRecord:
+        """Return the record of a rung; `index` is its number if it has none."""
         texts = element.findall("Text")
         text = texts[0] if texts else None
         number = number_of(element.get("Number", ""))
@@ -276,6 +279,7 @@ class _L5xReader:
     # --- modules
 
     def _module(self, element: Any) -> ModuleRecord:
+        """Return the record of a module; its upstream port leads to its parent."""
         get = element.get
         ports = list(children(element, "Ports", "Port"))
         upstream = next((port for port in ports if is_true(port.get("Upstream", ""))), None)
@@ -305,6 +309,7 @@ class _L5xReader:
                     yield self._module_tag(tag, connection.get(suffix_key) or direction, size)
 
     def _module_tag(self, element: Any, suffix: str, size: str) -> ModuleTagRecord:
+        """Return the record of a module's tag; `size` is the text of its connection's size."""
         data = list(map(self._data, element.iterchildren("Data")))
         forced = list(map(self._data, element.iterchildren("ForceData")))
         return ModuleTagRecord(

@@ -219,6 +219,7 @@ class SimulatedPmc006Axis:
         self.stalled = False
 
     def _speeds(self) -> Pmc006Speeds:
+        """Return the speeds and ramps in the parameters, for moves and for speed mode."""
         memory = self._memory
         return Pmc006Speeds(
             start_sps=memory["start_speed"],

@@ -179,7 +179,7 @@ class CommandLayer(Host):
         Words that stop a motion only continue an open programming session. Undescribed bits refuse
         everything.
         """
-        if self.profile.untold and self._refuses_undescribed_bits(now_ns, command, previous):
+        if self.profile.undescribed and self._refuses_undescribed_bits(now_ns, command, previous):
             return
         risen_bits = command.msw & ~previous.msw & COMMAND_BITS
         is_following = False
@@ -198,7 +198,7 @@ class CommandLayer(Host):
 
     def _refuses_undescribed_bits(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
         """Refuse bits that the module's manual does not describe; return whether one is set."""
-        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.untold}
+        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.undescribed}
         bits_before = previous.msw | previous.lsw << 16
         bits_now = command.msw | command.lsw << 16
         for name, bit in undescribed_bits.items():
@@ -250,6 +250,7 @@ class CommandLayer(Host):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        """Return the faults, and for a move also the broken rules that a 3601 lacks."""
         if not command.msw & MOVES or command.configures:
             return faults
         return faults + [

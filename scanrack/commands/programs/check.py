@@ -57,8 +57,10 @@ def _check_command(
     An L5X, SLC, .rung or .st file is checked without a rack. For stored programs of the PCL601 (one or more
     files), it prints the memory size of each program.
 
-    Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
-    Example: scanrack check machine.L5X --format sarif > machine.sarif
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack check feeder/feeder.toml
+        scanrack check machine.L5X --format sarif > machine.sarif
 
     Exit status: 0 nothing found, 1 something found, 2 a file can't be used.
     """

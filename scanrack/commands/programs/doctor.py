@@ -27,8 +27,8 @@ def _doctor_command(as_json: JsonOption = False) -> None:
         width = max(len(diagnosis.name) for diagnosis in diagnoses)
         for finding in diagnoses:
             say(f"{finding.state.value:6}  {finding.name:{width}}  {finding.says}")
-            if finding.mend:
-                say(f"{'':{width + 10}}{finding.mend}")
+            if finding.remedy:
+                say(f"{'':{width + 10}}{finding.remedy}")
     if any(diagnosis.state is Health.BROKEN for diagnosis in diagnoses):
         raise typer.Exit(NO)
 

@@ -8,7 +8,7 @@ from scanrack.lsp.command import lsp_command
 from .schema import schema_command
 
 app = typer.Typer(
-    help="Connect an editor.\n\nExample: scanrack editor schema --write",
+    help="Connect an editor.\n\nExamples:\n    scanrack editor schema --write",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

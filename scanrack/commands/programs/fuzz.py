@@ -62,6 +62,7 @@ def _kind(name: str) -> Kind:
 
 
 def _checks(names: list[str], files: list[Path]) -> tuple[str, ...]:
+    """Return the chosen checks; without checks and files, the default ones. Refuse an unknown name."""
     for name in names:
         if name not in STANDARD:
             raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")
@@ -79,7 +80,8 @@ def _fuzz_command(
     state in its folder. For a trace, the search runs its rack file and program, and varies the recorded
     inputs.
 
-    Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
+    Examples:
+        scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
 
     Exit status: 0 no invariant is broken, 1 an invariant is broken, 2 a file or an option can't be used, 3 a
     file can't be written, or with --strict, a condition of @sometimes was never true, 130 stopped by Ctrl-C;

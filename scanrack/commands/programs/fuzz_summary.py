@@ -146,7 +146,7 @@ def held(names: Collection[str], state: State) -> str:
 def goals(searched: Collection[Invariant], state: State) -> list[str]:
     """Return a line for each goal: whether it was seen, or its greatest value."""
     lines = [f"{'':<14}{_goal(goal, state)}" for goal in searched]
-    return [line.replace(" " * 6, "sought", 1) for line in lines[:1]] + lines[1:]
+    return [line.replace(" " * 5, "goals", 1) for line in lines[:1]] + lines[1:]
 
 
 def _goal(goal: Invariant, state: State) -> str:

@@ -31,17 +31,17 @@ def _l5x_command(
 
     For a folder, it prints totals: rungs, whole controllers, and reasons for refusals without tag names.
 
-    Example: scanrack l5x machine.L5X
-    Example: scanrack l5x exports --json
-    Example: scanrack l5x machine.L5X --run
-    Example: scanrack l5x machine.L5X --print-rack > machine.toml
-    Example: scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
-
-    Example: scanrack l5x machine.L5X --against before.L5X
-    Example: scanrack l5x machine.L5X --against before.L5X --html review.html
-    Example: scanrack l5x machine.L5X --text
-    Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
-    Example: scanrack l5x machine.L5X --out copy.L5X
+    Examples:
+        scanrack l5x machine.L5X
+        scanrack l5x exports --json
+        scanrack l5x machine.L5X --run
+        scanrack l5x machine.L5X --print-rack > machine.toml
+        scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
+        scanrack l5x machine.L5X --against before.L5X
+        scanrack l5x machine.L5X --against before.L5X --html review.html
+        scanrack l5x machine.L5X --text
+        scanrack l5x line.rung --export Main.Sequence > sequence.L5X
+        scanrack l5x machine.L5X --out copy.L5X
 
     Exit status: 0 all is imported, or no difference; 1 a part is refused, or a difference; 2 a file can't be
     used; 3 a file can't be written.

@@ -131,8 +131,9 @@ def ladder(
 ) -> None:
     """Draw rungs; with --at, show the power flow in a scan.
 
-    Examples: scanrack new feeder --from feeder;
-    scanrack ladder feeder/feeder.toml --at "3 s" --svg feeder.svg
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack ladder feeder/feeder.toml --at "3 s" --svg feeder.svg
 
     Exit status: 0 drawn, 2 a file or an option can't be used, 3 the picture can't be written.
     """

@@ -27,10 +27,14 @@ def _new_command(
 ) -> None:
     """Create a project: a rack, a program that homes and moves, a test, and NEXT.md.
 
-    It never overwrites a file. Examples: scanrack new my-line; scanrack new my-feeder --from feeder
+    It never overwrites a file.
+
+    Examples:
+        scanrack new my-line
+        scanrack new my-feeder --from feeder
 
     Exit status: 0 done; 2 the folder is not empty, or the example does not exist; 3 the folder can't be
-        written.
+    written.
     """
     from scanrack.terminal.complaints import reported_mistakes  # imports libraries that help does not need
 

@@ -117,8 +117,10 @@ def _prove_command(
     differ in one scan and ever, each with a run and the inputs on which the difference depends. All other
     values are equal. With --may-differ, it fails if another value can differ.
 
-    Examples: scanrack new feeder --from feeder; scanrack prove feeder/feeder.toml
-    Example: scanrack prove before.L5X after.L5X --may-differ Valve1,Valve2
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack prove feeder/feeder.toml
+        scanrack prove before.L5X after.L5X --may-differ Valve1,Valve2
 
     Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
     can't be used, 3 a property is unknown (and none is refuted), or a file can't be written. For two

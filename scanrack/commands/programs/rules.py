@@ -230,6 +230,9 @@ def _rules_command(
 ) -> None:
     """List rules and error bits of a 3601 or a drive, with the manual's section and text.
 
+    Examples:
+        scanrack rules amci3601 --bit COMMAND_ERROR
+
     Exit status: 0 printed, 2 an option can't be used.
     """
     rule_table = TABLES[table]()

@@ -16,6 +16,11 @@ reports late scans. The length of a run is --for, --scans, run_for_s in the rack
 machine time. The trace file is --record, or the trace of the rack file, or in the current folder a file named
 after the rack file.
 
+Examples:
+    scanrack new feeder --from feeder
+    scanrack run feeder/feeder.toml --for "5 s"
+    scanrack run feeder/feeder.toml --scans 500 --tag "Home*"
+
 Exit status: 0 done, 1 the controller faulted (program exception or watchdog timeout), 2 a file or
 option can't be used, 3 the trace can't be written or a server has not started, 130 stopped by Ctrl-C.
 The trace is always readable up to the end of the run."""

@@ -23,7 +23,8 @@ def schema_command(
     An editor with tombi or taplo uses the schema if the first line of a rack file is
     #:schema rack.schema.json. Only `scanrack check` finds conflicts between keys.
 
-    Example: scanrack editor schema --write
+    Examples:
+        scanrack editor schema --write
 
     Exit status: 0 done; 2 rack.schema.json is a different file; 3 it can't be written.
     """

@@ -39,11 +39,14 @@ def _tags_command(
 
     SOFTWARE is ignition (JSON of tags), kepware or factorytalk (CSV of tags), or node-red (a flow).
 
-    Examples: scanrack new feeder --from feeder; scanrack tags feeder/feeder.toml
-    Example: scanrack tags line.toml "Hmi*" Position --for node-red > flow.json
-    Example: scanrack tags line.toml --map >> line.toml
+    scanrack watch --server serves them.
 
-    To serve them: scanrack watch line.toml --server ethernet-ip (or opc-ua, modbus-tcp)
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack tags feeder/feeder.toml
+        scanrack tags line.toml "Hmi*" Position --for node-red > flow.json
+        scanrack tags line.toml --map >> line.toml
+        scanrack watch line.toml --server ethernet-ip
 
     Exit status: 0 listed, 1 SOFTWARE can't represent some tags, 2 a file can't be used.
     """

@@ -24,9 +24,12 @@ def _why_command(options: WhyArguments) -> None:
     recorded inputs. Python that came with the trace runs only if it is the same as in the current folder, or
     with --trust. A Python program runs once more, to trace the scan of the change line by line.
 
-    Examples: scanrack new feeder --from feeder; scanrack why feeder/feeder.toml Feeding --at "8.2 s";
-    scanrack why feeder/feeder.toml Feeding --at "8.2 s" --want on; scanrack new stations --from
-    three_stations; scanrack why stations/line.toml --at 3400
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack why feeder/feeder.toml Feeding --at "8.2 s"
+        scanrack why feeder/feeder.toml Feeding --at "8.2 s" --want on
+        scanrack new stations --from three_stations
+        scanrack why stations/line.toml --at 3400
 
     Exit status: 0 answered, 1 the bit of --until has not come on, 2 a file or an option can't be used.
     """
@@ -44,7 +47,9 @@ def _xref_command(
 ) -> None:
     """List where tags are read and written.
 
-    Examples: scanrack new feeder --from feeder; scanrack xref feeder/feeder.rung Homing
+    Examples:
+        scanrack new feeder --from feeder
+        scanrack xref feeder/feeder.rung Homing
 
     Exit status: 0 listed, 1 nothing mentions the tag, 2 the file can't be used or has no such tag.
     """

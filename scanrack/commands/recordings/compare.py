@@ -15,9 +15,10 @@ def _compare_command(options: CompareOptions) -> None:
     hardware, they are paired by time: a bit or word must appear in the other trace within the time, and a
     position may differ by the counts plus its motion within the time.
 
-    Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used.
+    Examples:
+        scanrack compare simulated.mcap machine.mcap --tolerance-time 4ms --tolerance-counts 2
 
-    Example: scanrack compare simulated.mcap machine.mcap --tolerance-time 4ms --tolerance-counts 2
+    Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used.
     """
     from .compare_job import compare_traces
 

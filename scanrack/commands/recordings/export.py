@@ -58,9 +58,10 @@ def _export_command(
 ) -> None:
     """Convert a trace for other programs.
 
-    Example: scanrack export run.mcap --vcd run.vcd --range 1.5s:3s
-
     OUT is a file, or - for standard output.
+
+    Examples:
+        scanrack export run.mcap --vcd run.vcd --range 1.5s:3s
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
     """

@@ -95,7 +95,8 @@ def _import_command(
     For a 3601 as remote I/O, or in a CompactLogix from which a client reads Local:1:I and Local:1:O over
     EtherNet/IP, a scan is a read of the input words, and `scanrack replay` replays them.
 
-    Example: scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
+    Examples:
+        scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
 
     Exit status: 0 converted, 2 a file or option can't be used, 3 a trace can't be written.
     """

@@ -56,7 +56,8 @@ def _plot_command(
     An HTML page needs only a browser, has every scan, and zooms with the wheel; .png and .svg need the extra
     `plot`; `scanrack doctor` prints how to install it.
 
-    Example: scanrack plot run.mcap --out run.png --range 1.5s:3s
+    Examples:
+        scanrack plot run.mcap --out run.png --range 1.5s:3s
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
     """

@@ -19,17 +19,6 @@ from scanrack.traces.read.reader import open_trace
 
 from .show import new_table, print_block
 
-_EXAMPLES = """
-
-Examples:
-
-  "rose(slot1.in.COMMAND_ERROR)"
-
-  "longest(rose(slot1.out.ABSOLUTE_MOVE) then slot1.in.MOVING_CW)"
-
-  "slot1.in.position > 4_000 and slot1.in.STOPPED for 20 ms"
-"""
-
 
 def print_answer(answer: Answer, limit: int | None) -> None:
     """Print a count, or a table of at most `limit` occurrences with the number of all."""
@@ -97,6 +86,18 @@ def _query_command(  # its help is below
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
+    """Find scans matching a condition, and how long each match lasts.
+
+    Names of signals are slot1.in.COMMAND_ERROR, slot1.in.position, slot1.out.target, slot1.speed, and for any
+    bit of a word slot1.in.word3.12.
+
+    Examples:
+        scanrack query run.mcap "rose(slot1.in.COMMAND_ERROR)"
+        scanrack query run.mcap "longest(rose(slot1.out.ABSOLUTE_MOVE) then slot1.in.MOVING_CW)"
+        scanrack query run.mcap "slot1.in.position > 4_000 and slot1.in.STOPPED for 20 ms"
+
+    Exit status: 0 found, 1 nothing found, 2 the query or the file can't be used.
+    """
     with reported_mistakes():
         with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
             answer = query(opened, text, show=show or (), progress=progress)
@@ -106,13 +107,6 @@ def _query_command(  # its help is below
             print_answer(answer, limit)
         print_notes(opened)
     raise typer.Exit(DONE if answer.count else NO)
-
-
-_query_command.__doc__ = f"""Find scans matching a condition, and how long each match lasts.
-
-Names of signals are slot1.in.COMMAND_ERROR, slot1.in.position, slot1.out.target, slot1.speed, and for any bit
-of a word slot1.in.word3.12. Exit status: 0 found, 1 nothing found, 2 the query or the file can't be used.
-{_EXAMPLES}"""
 
 
 def register(app: typer.Typer) -> None:

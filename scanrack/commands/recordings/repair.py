@@ -47,7 +47,8 @@ def _repair_command(
     Complete chunks are unchanged. The repaired trace is written beside the original, and then replaces it.
     The original is kept as TRACE.orig, unless only its truncated end is missing from the repaired trace.
 
-    Example: scanrack repair run.mcap
+    Examples:
+        scanrack repair run.mcap
 
     Exit status: 0 the trace is complete; 1 the trace is complete except for damaged chunks; 2 the trace can't
     be used; 3 the repaired trace can't be written.

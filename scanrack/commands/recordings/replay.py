@@ -24,9 +24,10 @@ def _replay_command(options: ReplayOptions) -> None:
     compared from the next scan on. Its configuration is the first in the trace, or --configuration. --record
     writes the replay, for scanrack compare; earlier recordings are kept unless --replace is given.
 
-    Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used, 130 stopped by Ctrl-C.
+    Examples:
+        scanrack replay line.mcap --into program --program new.rung
 
-    Example: scanrack replay line.mcap --into program --program new.rung
+    Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used, 130 stopped by Ctrl-C.
     """
     if options.into is ReplayTarget.SESSION:
         not_for_sessions = {

@@ -201,6 +201,7 @@ def _scans_line(contents: Contents) -> str:
 
 
 def _more(capped: CappedList[T], kind: str) -> Iterator[str]:
+    """Yield a line about the items that were not kept, if there are or may be any."""
     if capped.stopped:
         yield f"... and maybe more {kind}: stopped at the limit"
     elif capped.more:
@@ -302,7 +303,12 @@ def _show_command(
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or encoder
     count changed are only counted, unless --every is given. The trace of a killed process is shown up to its
     last complete chunk. With --extract, the attached files are written, and only their names are printed.
-    Exit status: 2 if the file can't be read, 3 if a file can't be written.
+
+    Examples:
+        scanrack show run.mcap --range 1.5s:3s
+        scanrack show run.mcap --extract attached
+
+    Exit status: 0 done, 2 the file can't be read, 3 a file can't be written.
     """
     if folder is not None:
         with reported_mistakes(), open_trace(trace) as opened:

@@ -133,7 +133,8 @@ def _conform_command(
     can't be explained by any instant at which the words may have taken effect. Each rule agrees with the
     manual, differs, or is open. The report names each interpretation that a scene settles.
 
-    Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
+    Examples:
+        scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
     Exit status: 0 no difference, 1 a difference, 2 a file, option or path can't be used, 3 the result can't
     be written.

@@ -7,7 +7,7 @@ import typer
 from . import discovery, pcl601, pmc006
 
 app = typer.Typer(
-    help="List, identify, read, set and move devices.\n\nExample: scanrack device list",
+    help="List, identify, read, set and move devices.\n\nExamples:\n    scanrack device list",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

@@ -23,7 +23,8 @@ from .link_commands import reported_faults
 def list_command() -> None:
     """List the serial ports.
 
-    Example: scanrack device list
+    Examples:
+        scanrack device list
 
     Exit status: 0 listed, 1 no serial port.
     """
@@ -54,7 +55,8 @@ def identify_command(
     The requests only read: they change nothing, and nothing moves. Without a response, the search takes about
     25 s; with --address, it takes less time.
 
-    Example: scanrack device identify /dev/ttyUSB0
+    Examples:
+        scanrack device identify /dev/ttyUSB0
 
     Exit status: 0 a device responds, 1 no device responds or the line fails, 2 an address or PORT is invalid.
     """

@@ -41,9 +41,12 @@ def drive(
 ) -> None:
     """Exercise one module with JSON requests, one request per line in and one response per line out.
 
-    Time is virtual; the same input produces the same output, byte for byte.
-    A request is {"new": {...}} for a new module, or {"out": [eight words], "for_ms": 100}; the error message
-    for an unknown key lists the allowed keys.
+    Time is virtual; the same input produces the same output, byte for byte. A request is {"new": {...}} for a
+    new module, or {"out": [eight words], "for_ms": 100}. The error message for an unknown key lists the
+    allowed keys.
+
+    Examples:
+        scanrack drive amci3601 < requests.jsonl > responses.jsonl
 
     Exit status: 0 done, 2 a request was refused.
     """

@@ -190,7 +190,7 @@ def add_move(app: typer.Typer, client_at: ClientAt[Any], example: str) -> None:
     """Add the command that moves."""
     summary = "Move by STEPS and wait for the end; put -- before a negative number."
 
-    @app.command(help=f"{summary}\n\nCtrl-C stops the motor at once.\n\nExample: {example}")
+    @app.command(help=f"{summary}\n\nCtrl-C stops the motor at once.\n\nExamples:\n    {example}")
     def move(
         context: typer.Context, steps: StepsArgument, speed: SpeedOption = None, quiet: QuietOption = False
     ) -> None:

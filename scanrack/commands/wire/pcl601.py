@@ -42,7 +42,7 @@ from .pclt import listing
 
 app = typer.Typer(
     help="Read, set and move a PCL601 over Modbus.\n\n"
-    "Example: scanrack device pcl601 --serial /dev/ttyUSB0 --address 1 move 2000",
+    "Examples:\n    scanrack device pcl601 --serial /dev/ttyUSB0 --address 1 move 2000",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -160,7 +160,8 @@ def list_program(file: ProgramArgument) -> None:
 
     The sizes are those of this simulator; for the real unit, only "2 to 7 bytes" is published.
 
-    Example: scanrack device pcl601 program list program.pclt
+    Examples:
+        scanrack device pcl601 program list program.pclt
     """
     with reported_mistakes():
         say(listing(read_program(file)), whole=True)

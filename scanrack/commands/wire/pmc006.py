@@ -39,7 +39,7 @@ from .link_commands import (
 
 app = typer.Typer(
     help="Read, set and move a PMC006x3s on a serial port.\n\n"
-    "Example: scanrack device pmc006 --serial /dev/ttyUSB0 --address 1 move 2000",
+    "Examples:\n    scanrack device pmc006 --serial /dev/ttyUSB0 --address 1 move 2000",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -171,6 +171,7 @@ add_stop_and_clear(
 
 
 def _listing(file: Path) -> UserProgram:
+    """Assemble a listing, and print its warnings."""
     program = user_program(file)
     for warning in program.warnings:
         complain(f"{file}: {warning}")

@@ -175,7 +175,8 @@ def _serve_command(
     sets an input: ground, open, high, 2.5V at in1, or the positions at which a
     switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
-    Example: scanrack serve pcl601 --tcp 5020 --program program.pclt
+    Examples:
+        scanrack serve pcl601 --tcp 5020 --program program.pclt
 
     Exit status: 130 ended by Ctrl-C, SIGTERM or SIGHUP, 2 an option, a file or a port can't be used, 3 the
     recording can't be written.

@@ -63,7 +63,7 @@ class Diagnosis:
     name: str
     state: Health
     says: str
-    mend: str = ""  # how to fix it, or the benefit of a missing part
+    remedy: str = ""  # how to fix it, or the benefit of a missing part
 
 
 def _diagnosis(

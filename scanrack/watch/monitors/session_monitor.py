@@ -360,7 +360,7 @@ class SessionMonitor(Monitor):
             raise ValueError(f"no action {str(message.get('do'))[:60]!r}; choose from {names}")
         action = action_of({key: value for key, value in message.items() if key != "id"}, PAGE_ACTIONS)
         if self.about.read_only:
-            raise ValueError("this session is read-only: it takes no orders")
+            raise ValueError("this session is read-only: it accepts no actions")
         if isinstance(action, Online) or (isinstance(action, Press | Write) and action.by):
             # name the page, in addition to the control that the page has named
             action = replace(action, by=", ".join(filter(None, (action.by, f"page {page.number}"))))

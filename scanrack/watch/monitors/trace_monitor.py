@@ -84,7 +84,7 @@ class TraceMonitor(Monitor):
         for source in sources:
             subject.programs.add(*source)
         self._recorded = RecordedEvents(trace)
-        self._program_starts = {source.first for source in sources}
+        self._program_starts = {source.first for source in sources}  # the first scans of known programs
         self._lost = LAST_SCAN  # the first scan whose program the trace lacks
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
@@ -94,7 +94,7 @@ class TraceMonitor(Monitor):
         if extent is None and not trace.may_grow:
             raise ValueError(f"{path}: the trace has no scans")
         self._first = first
-        self._last = -1
+        self._last = -1  # the last scan so far
         if extent is not None:
             self._begin(extent[1])
             if first is not None and subject.timeline.row(first) is None:
@@ -209,7 +209,7 @@ class TraceMonitor(Monitor):
         if name not in ACTIONS:
             raise ValueError(f"no action {str(name)[:60]!r}")
         if name != NAMES[Branch]:
-            raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
+            raise ValueError("this is a recording: it accepts no actions; branch from one of its scans")
         branch = action_of({key: value for key, value in message.items() if key != "id"})
         assert isinstance(branch, Branch)
         if branch.scan > self._last + 1:

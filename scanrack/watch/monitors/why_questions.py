@@ -54,7 +54,7 @@ def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int |
     past = page.past if scan is None else scan
     row = monitor.row_of(page) if past is None or past == page.past else monitor.subject.timeline.row(past)
     if row is None:
-        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
+        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"no scan {past}")
     return past, row
 
 
@@ -83,7 +83,7 @@ def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan
     """Start a process to find the answer, since a Python program must be rerun from its first scan."""
     trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
     if program.logic is None or trace is None:
-        raise ValueError(f"{tag}: the program may not run here: see --trust")
+        raise ValueError(f"{tag}: running the program needs --trust")
     if program.number:
         raise ValueError(
             f"{tag}: the program was edited before scan {program.first}; ask about an earlier scan"
@@ -99,7 +99,7 @@ def ran(monitor: Monitor, page: Page, question: Question) -> None:
     if trace is None or row is None or extent is None:
         raise ValueError("no scan has run yet")
     if program.logic is None or program.source is None:
-        raise ValueError("the program may not run here: see --trust")
+        raise ValueError("running the program needs --trust")
     if program.number:
         raise ValueError(f"the program was edited before scan {program.first:,}")
     scan = int(row["scan"])
@@ -121,7 +121,7 @@ def want(monitor: Monitor, page: Page, question: Question) -> None:
         raise ValueError(f"{tag}: no scan has run yet")
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
-        raise ValueError(f"{tag}: the program may not run here: see --trust")
+        raise ValueError(f"{tag}: running the program needs --trust")
     actions = monitor.latest_actions(scan)
     monitor.processes.start(
         page, question.get("id"), question_process.want(str(trace), tag, target_value, scan, actions)

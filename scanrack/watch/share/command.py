@@ -155,7 +155,9 @@ def _share_command(
     values of up to 20 tags in the scan shown first. It needs no server, and a content policy blocks all
     connections. Its size is at most 10 MB. The command prints what readers of the page can see.
 
-    Examples: scanrack share run.mcap; scanrack share run.mcap --at "8.2 s" -o failure.html
+    Examples:
+        scanrack share run.mcap
+        scanrack share run.mcap --at "8.2 s" -o failure.html
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
     """

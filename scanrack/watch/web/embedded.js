@@ -388,7 +388,7 @@ const QUESTIONS = {
 
 export async function ask(name, fields = {}) {
   const question = QUESTIONS[name];
-  if (!question) throw new Refused("This is a shared recording: it takes no orders.");
+  if (!question) throw new Refused("This is a shared recording: it accepts no actions.");
   if (!data) throw new Refused("The page is still opening.");
   return question(fields);
 }

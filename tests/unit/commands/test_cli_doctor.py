@@ -1,4 +1,4 @@
-"""`scanrack doctor`: what there is, what is missing, how to mend it, and the exit status of it."""
+"""`scanrack doctor`: what there is, what is missing, how to fix it, and the exit status of it."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def test_nothing_broken_is_status_0_and_json_has_every_line() -> None:
         "browser",
         "tshark",
     }
-    assert all(row["mend"] for row in rows if row["state"] != "ok")
+    assert all(row["remedy"] for row in rows if row["state"] != "ok")
 
 
 def test_a_missing_extra_is_absent_and_names_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "_installed", lambda name: name != "polars")
     (frames,) = observed("extra frames")
     assert (frames.state, frames.says) == (Health.ABSENT, "polars missing")
-    assert frames.mend.startswith('pip install ".[frames]" in a checkout of scanrack for ')
+    assert frames.remedy.startswith('pip install ".[frames]" in a checkout of scanrack for ')
     assert report()[0] == 0
 
 
@@ -60,7 +60,7 @@ def test_a_missing_package_or_a_foreign_python_is_broken(monkeypatch: pytest.Mon
     assert report()[0] == 1
     monkeypatch.undo()
     monkeypatch.setattr(sys, "version_info", (3, 9, 0))
-    assert observed("Python")[0].mend == "use Python 3.11 to 3.14"
+    assert observed("Python")[0].remedy == "use Python 3.11 to 3.14"
     monkeypatch.undo()
 
 
@@ -72,7 +72,7 @@ def test_a_port_that_may_not_be_opened_says_which_group(monkeypatch: pytest.Monk
     monkeypatch.setattr(os, "access", lambda *_: False)
     (port,) = observed("serial port")
     assert (port.state, port.says) == (Health.ABSENT, "/dev/ttyUSB7 can't be opened")
-    assert "dialout" in port.mend
+    assert "dialout" in port.remedy
     monkeypatch.setattr(list_ports, "comports", list)
     assert observed("serial ports")[0].says == "none found"
 

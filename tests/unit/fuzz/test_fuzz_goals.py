@@ -85,7 +85,7 @@ def test_strict_ends_with_3_if_something_was_never_seen(tmp_path):
     words += ["--jobs", "1", "--out", str(tmp_path / "out")]
     told = CliRunner().invoke(build(), words)
     assert told.exit_code == 0
-    assert "sought        The lamp is lit [lit]: seen\n" in told.stdout
+    assert "goals         The lamp is lit [lit]: seen\n" in told.stdout
     assert "              The other lamp is lit [other]: never seen\n" in told.stdout
     assert CliRunner().invoke(build(), [*words, "--strict"]).exit_code == 3
 

@@ -46,7 +46,7 @@ def test_why_is_asked_of_the_scan_of_the_page_or_of_another_one(seen):
     assert of_page["scan"] == seen.page.past
     assert asked(seen, "why", tag="Count", scan=None) == of_page
     assert asked(seen, "why", tag="Count", scan=5)["scan"] == 5
-    assert asked(seen, "why", tag="Count", scan=999)["refused"] == "scan 999 is not there"
+    assert asked(seen, "why", tag="Count", scan=999)["refused"] == "no scan 999"
     assert asked(seen, "why", tag="Count", scan=True)["refused"] == "scan must be a scan number"
 
 
@@ -89,7 +89,7 @@ def test_a_recording_of_a_program_that_may_not_run_has_no_branch(tmp_path):
     for trust in (False, True):
         with opened(tmp_path / "line.mcap", tmp_path / "files", 10, trust=trust) as found:
             said = asked(found, "branch", scan=5)
-            assert said.get("refused") == (None if trust else "the program may not run here: see --trust")
+            assert said.get("refused") == (None if trust else "running the program needs --trust")
 
 
 def test_only_an_edit_of_rungs_has_effects_that_are_proved(tmp_path):

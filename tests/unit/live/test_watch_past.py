@@ -141,7 +141,7 @@ def test_a_recording_takes_no_orders_and_does_not_run_foreign_python(tmp_path):
 
     with watched(rack=path, cwd=tmp_path) as session:
         pause, live = asyncio.run(look(session))
-    assert "it takes no orders" in pause["refused"]
+    assert "it accepts no actions" in pause["refused"]
     assert "nothing is running" in live["refused"]
 
 

@@ -112,7 +112,7 @@ def test_without_control_a_page_looks_and_changes_nothing(rack):
         assert session.end() == 130
     assert (hello["read_only"], hello["live_ports"], hello["branches"]) == (True, True, False)
     assert hello["incidents"] == []
-    assert set(refused) == {"this session is read-only: it takes no orders"}
+    assert set(refused) == {"this session is read-only: it accepts no actions"}
 
 
 @pytest.mark.slow

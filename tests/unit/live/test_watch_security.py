@@ -199,7 +199,7 @@ def test_a_read_only_session_takes_no_order():
     async def order(session):
         async with page_of(session) as page:
             answer = await page.ask("pause")
-            assert answer["refused"] == "this session is read-only: it takes no orders"
+            assert answer["refused"] == "this session is read-only: it accepts no actions"
             assert page.hello["read_only"]
             assert (await page.ask("show", routine="Main"))["ok"]
 
