@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pycomm3 takes the late answer to one read for the answer to the next, so each later tag has the value of the one before it
 # date: 2026-11-30
-# meets: programs that catch a CommError of a slow controller and go on polling
+# meets: programs that catch a CommError of a slow controller and keep polling
 # expected: every tag its own value, or an error, since a request has a sequence count that its answer repeats
 # behavior:
 #   The answer to the first read comes after the timeout of 0.5 s. pycomm3 raises CommError, keeps the connection open and
