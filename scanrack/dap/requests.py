@@ -31,7 +31,9 @@ REQUESTS: Mapping[str, Request] = {
     "launch": Request(starting.launch, "runs a rack, or opens a trace", "nothing"),
     "attach": Request(starting.attach, "opens a trace", "nothing"),
     "configurationDone": Request(
-        starting.configured, "starts execution after all breakpoints are set", capability="supportsConfigurationDoneRequest"
+        starting.configured,
+        "starts execution after all breakpoints are set",
+        capability="supportsConfigurationDoneRequest",
     ),
     "disconnect": Request(starting.disconnect, "ends the session", "nothing"),
     "terminate": Request(starting.disconnect, "ends the session", "nothing", "supportsTerminateRequest"),
@@ -67,7 +69,10 @@ REQUESTS: Mapping[str, Request] = {
     ),
     "threads": Request(looking.threads, "returns the only thread, which is the scan"),
     "stackTrace": Request(
-        looking.stack, "lists the rung, its callers, the task and the scan", "stop", "supportsDelayedStackTraceLoading"
+        looking.stack,
+        "lists the rung, its callers, the task and the scan",
+        "stop",
+        "supportsDelayedStackTraceLoading",
     ),
     "scopes": Request(looking.scopes, "lists inputs, outputs, tags, timers and locals", "stop"),
     "variables": Request(looking.variables, "lists the values of one level", "stop"),
@@ -87,9 +92,7 @@ REQUESTS: Mapping[str, Request] = {
     "loadedSources": Request(
         looking.sources, "lists the files of the program", capability="supportsLoadedSourcesRequest"
     ),
-    "completions": Request(
-        looking.completions, "completes tag names", "stop", "supportsCompletionsRequest"
-    ),
+    "completions": Request(looking.completions, "completes tag names", "stop", "supportsCompletionsRequest"),
 }
 
 ALSO: Mapping[str, Any] = {

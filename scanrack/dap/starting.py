@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 LAUNCH = {
     "program": (str, "rack file, export or trace"),
     "pytest": (str, "arguments of pytest, such as test_line.py::test_round; replaces `program`"),
-    "stopOnEntry": (bool, "whether to stop before the first scan; if false, the rack runs to the first breakpoint"),
+    "stopOnEntry": (bool, "whether to stop before the first scan, instead of at the first breakpoint"),
     "speed": (str, "speed relative to real time, 0.01 to 1000, or max"),
     "record": (str, "trace file; a temporary file if omitted"),
     "page": (bool, "whether to open the session in the browser as well"),

@@ -12,9 +12,9 @@ REMEDY = "python -m tests.tools.generate check"
 HEAD = """\
 # The rules of `scanrack check`
 
-This page lists what each rule finds and how to fix it, with examples. The examples are lines of whole programs.
-`tests/unit/jobs/test_check_planted.py` checks that good lines have no finding and bad lines have the finding of their section.
-[Check](check.md) describes how to run the check and how to ignore a finding.
+This page lists what each rule finds and how to fix it, with examples. The examples are lines of whole
+programs. `tests/unit/jobs/test_check_planted.py` checks that good lines have no finding, and bad lines the
+finding of their section. [Check](check.md) describes how to run the check and how to ignore a finding.
 
 ## What counts
 
