@@ -215,6 +215,7 @@ class TagTree:
         return next(islice(variables_of(self.roots()), VARIABLES_MOST, None), None) is not None
 
     def _items_in(self, scope: str) -> Iterator[Leaf | TagGroup]:
+        """Yield the tags of a scope as variables and groups, without aliases."""
         for symbol in self._database.scopes[scope]:
             if symbol.target:
                 continue  # browsers show a tag once

@@ -299,6 +299,7 @@ class Looker:
         return compiled(text, self._values, self._around)
 
     def _log(self, text: str) -> list[str | Read]:
+        """Return the texts and compiled expressions of a log message; none for an empty one."""
         parts: list[str | Read] = []
         for number, part in enumerate(_FIELD.split(text)):
             parts.append(self._compiled(part) if number % 2 else part)

@@ -199,6 +199,7 @@ def _hover(adapter: Adapter, tag: str, value: str) -> str:
 
 
 def _assignment(text: str) -> tuple[str, str]:
+    """Return the tag and the value in `TAG = VALUE` or `TAG := VALUE`."""
     name, sign, value = text.partition("=")
     if not sign or not name.strip() or not value.strip():
         raise DebugError("write TAG = VALUE")

@@ -148,6 +148,8 @@ class RungSubject(Subject):
         return ExecutedScan(self.replayer(scan), scan)
 
     def _looker(self, requested: Sequence[Breakpoint], replayer: Replayer) -> Looker:
+        """Return the looker that checks breakpoints in the scan to which a replayer has run."""
+
         def current_scan() -> int:
             return -1 if replayer.at is None else replayer.at
 

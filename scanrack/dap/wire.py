@@ -114,6 +114,7 @@ class Wire:
 
 
 def _size(text: bytes) -> int:
+    """Return the length in a header; raise MalformedMessageError unless it is 0 to `BODY_MOST`."""
     value = text.strip()
     if not value.isdigit() or len(value) > 9 or int(value) > BODY_MOST:
         raise MalformedMessageError(f"Content-Length {value[:20]!r}: must be 0 to {BODY_MOST:,}")

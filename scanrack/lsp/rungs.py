@@ -61,7 +61,12 @@ def declarations(text: str) -> Iterator[DeclarationLine]:
         if match:
             name, keyword = match["name"] or match["block_name"], match["keyword"] or match["block"]
             yield DeclarationLine(
-                name, keyword.upper(), match["type"] or "", number, code.strip(), comment.strip()
+                name,
+                keyword=keyword.upper(),
+                type=match["type"] or "",
+                line=number,
+                text=code.strip(),
+                comment=comment.strip(),
             )
 
 

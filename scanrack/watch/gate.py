@@ -58,7 +58,7 @@ class Gate:
     """Checks requests, and answers them with files."""
 
     def __init__(self, host: str, port: int, key: str) -> None:
-        names = [host] if host not in _LOOPBACK else list(_LOOPBACK)
+        names = [host] if host not in _LOOPBACK else list(_LOOPBACK)  # any name of this machine
         self._hosts = [f"{_in_url(name)}:{port}" for name in names]
         if port == 80:  # browsers leave it out
             self._hosts += map(_in_url, names)

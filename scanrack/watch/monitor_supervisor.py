@@ -54,8 +54,8 @@ class MonitorSupervisor:
     ) -> None:
         self._setup, self._ring, self._listening, self._report = setup, ring, listening, report
         self._ending = threading.Event()
-        self._died = False
-        self._changing = threading.Lock()
+        self._died = False  # whether any monitor has died
+        self._changing = threading.Lock()  # for `_setup`, which two threads change
         self._inbox: PipeInbox | None = None
         self.pipe = self._start()
         self._thread = threading.Thread(

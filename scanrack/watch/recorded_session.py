@@ -218,7 +218,7 @@ class OpenedRecording:
     def _sources(self) -> list[Source]:
         """Return the programs in the order of their scans; a program that can't be used has no logic."""
         if self.job is None or self._editions is None:
-            return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
+            return [Source(0, logic=None, file=None, lacks=UNTRUSTED.format(self._place.path))]
         sources = [Source(0, self.job.logic, self.job.program)]
         for edit in self._edits:
             if isinstance(edit.order, Edit):

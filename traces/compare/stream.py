@@ -118,6 +118,7 @@ class Stream:
         if len(read_slots) < len(slots):
             columns = np.arange(full_layout.words)
             kept_columns = [columns[full_layout.places[slot.number].words] for slot in read_slots]
+            # padding may come from any column; here from the first
             self._word_columns = np.concatenate([*kept_columns, np.zeros(layout.padding, int)])
         self._parts = parts
         self._columns = [no_columns(layout.words, tags)]

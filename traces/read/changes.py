@@ -98,6 +98,7 @@ class ChangeRows:
         self._tags = tags
         self._tag_row = b""
         layout = block_layout(slots)
+        # each slot with the places of its images
         self._slots = [(slot, layout.places[slot.number]) for slot in slots]
         reporting = (_reporting(slot, slot_place.inputs.start) for slot, slot_place in self._slots)
         self._reporting = [report for report in reporting if report is not None]
@@ -194,7 +195,7 @@ class ChangeRows:
             scans = "scan" if self._folded == 1 else "scans"
             names = " and ".join(name for name, has_moved in self._folded_moved.items() if has_moved)
             text = f"... {self._folded:,} {scans} in which only the {names} changed"
-            yield Row(None, None, None, "", position=None, encoder=None, text=text)
+            yield Row(scan=None, now_ns=None, slot=None, direction="", position=None, encoder=None, text=text)
             self._folded = 0
             self._folded_moved = dict.fromkeys(_REPORTS.values(), False)
 

@@ -119,8 +119,8 @@ class Selection:
         'scans from 5, time up to 2.5 s'
         """
         phrases = [
-            _range("scans", self.first, self.last, 1, ""),
-            _range("time", self.start_ns, self.end_ns, 1e9, " s"),
+            _range("scans", self.first, self.last, unit=1, suffix=""),
+            _range("time", self.start_ns, self.end_ns, unit=1e9, suffix=" s"),
         ]
         return ", ".join(phrase for phrase in phrases if phrase) or "all scans"
 

@@ -160,7 +160,8 @@ class ScanShape:
         unread: np.dtype[np.void] | None = np.dtype(f"V{rest_bytes}") if rest_bytes else None
         self.layout = message_layout(memory_bytes, tags, unread)
         self.stride = self.layout.itemsize
-        self._length = self.stride - RECORD_HEAD.size
+        self._length = self.stride - RECORD_HEAD.size  # as the record of a scan states it
+        # the first bytes of each scan's record
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
 
     def only_scans(self, section: Section) -> bool:

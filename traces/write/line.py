@@ -77,7 +77,7 @@ class LineRecorder:
             unit.address: self._channel(f"/unit{unit.address}", _schema(unit)) for unit in units
         }
         self._latest: dict[int, Mapping[str, int]] = {}  # recorded values by address
-        self._sequence = 0
+        self._sequence = 0  # number of messages so far
         self._writer.add_metadata(METADATA, dict(metadata))
 
     def received(self, now_ns: int, data: bytes) -> None:

@@ -180,6 +180,7 @@ class CardOptions(Options):
         self._check_ranges(kind)
 
     def _check_press(self, press: InputPress, *, analog: bool) -> None:
+        """Refuse an operation that does not fit the kind of the input, and an illegal value."""
         has_value = press.value is not None
         if analog != has_value:
             reason = "needs a value" if analog else "is a contact and has no value"
@@ -338,6 +339,7 @@ def _check_choice(key: str, chosen: str, allowed: Sequence[str], card: str) -> N
 
 
 def _check_names(field: str, names: Mapping[str, int]) -> None:
+    """Refuse names that are not plain or already name a word, and terminals that are used twice."""
     for name in names:
         if not (name.isascii() and name.isidentifier() and name == name.lower()):
             raise ValueError(f"{field}: {name!r} is not a name: use small letters, digits and _ only")
@@ -350,6 +352,7 @@ def _check_names(field: str, names: Mapping[str, int]) -> None:
 
 
 def _check_terminals(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
+    """Refuse terminals or channels that the card does not have."""
     noun = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has no {field}")

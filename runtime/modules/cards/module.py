@@ -251,6 +251,7 @@ class GenericCard(Module):
 
 
 def _changes(options: CardOptions) -> Iterator[Change]:
+    """Yield the operation of each press in the timeline, and its release if it has an end."""
     for press in options.timeline:
         yield Change(press.begin_ns, press.input, True, press.value)
         if press.end_ns is not None:

@@ -230,6 +230,7 @@ class DriveLayer:
         return bits | DRIVE_ENABLED if self.enabled else bits
 
     def _shown_inputs(self) -> int:
+        """Return the status bits of the inputs; on the ANF2, these are the active end limits."""
         if self.model.layout is Layout.ANF2:
             cw, ccw = self.state.active & LIMIT_OF[1], self.state.active & LIMIT_OF[-1]
             return (INPUT_1 if cw else 0) | (INPUT_2 if ccw else 0)

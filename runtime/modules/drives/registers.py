@@ -106,6 +106,7 @@ class DriveRegisters:
             axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
 
     def _write_bits(self, request: ModbusPDU) -> None:
+        """Write coils, by writing all output registers with the changed bits."""
         outputs, offset, values = _bits(self._outputs()), request.address - COILS, request.bits
         _slice(outputs, offset, len(values))  # refuses an address without a coil
         outputs[offset : offset + len(values)] = values

@@ -62,6 +62,7 @@ def _kind(name: str) -> Kind:
 
 
 def _checks(names: list[str], files: list[Path]) -> tuple[str, ...]:
+    """Return the chosen checks; without checks and files, the default ones. Refuse an unknown name."""
     for name in names:
         if name not in STANDARD:
             raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")

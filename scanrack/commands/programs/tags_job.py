@@ -62,6 +62,7 @@ def _print_file(software: str, rows: list[TagRow], title: str) -> int:
 
 
 def _left_out(target: str, names: list[str], rows: list[TagRow]) -> int:
+    """Report the tags that a format can't represent, if any; return the exit status."""
     if not names:
         return DONE
     missing_names = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")

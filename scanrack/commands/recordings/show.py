@@ -201,6 +201,7 @@ def _scans_line(contents: Contents) -> str:
 
 
 def _more(capped: CappedList[T], kind: str) -> Iterator[str]:
+    """Yield a line about the items that were not kept, if there are or may be any."""
     if capped.stopped:
         yield f"... and maybe more {kind}: stopped at the limit"
     elif capped.more:

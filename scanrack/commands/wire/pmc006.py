@@ -171,6 +171,7 @@ add_stop_and_clear(
 
 
 def _listing(file: Path) -> UserProgram:
+    """Assemble a listing, and print its warnings."""
     program = user_program(file)
     for warning in program.warnings:
         complain(f"{file}: {warning}")

@@ -111,7 +111,7 @@ def search(
     limits_ns = [*(next_sent.window.low_ns for next_sent, _ in turns[1:]), None]
     for number, ((sent, reads), limit_ns) in enumerate(zip(turns, limits_ns, strict=True)):
         if fixed_instants is None:
-            # before the first read that is judged, any instant would do
+            # up to the first turn with reads that are judged, the exact instant does not matter
             instants = _instants(sent, timing, single=number <= start.turn)
         else:
             instants = fixed_instants[number : number + 1]

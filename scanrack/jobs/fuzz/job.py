@@ -255,6 +255,7 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
     lines = []
 
     def listeners(spec: RackSpec, rack: Rack, logic: ScanLogic) -> Iterable[ScanListener]:
+        """Yield a script for each slot that the bench supports, and the recorder of the trace."""
         for slot in spec.slot:
             feature = obstacle(spec, slot)
             if feature is None:

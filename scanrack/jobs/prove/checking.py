@@ -179,7 +179,6 @@ def _some_false(terms: Iterator[str]) -> str:
 
 
 def _z3(text: str) -> str:
-    """Return the answer of the z3 package to a script."""
     import z3
 
     solver = z3.Solver()
@@ -189,7 +188,6 @@ def _z3(text: str) -> str:
 
 
 def _cvc5(text: str) -> str:
-    """Return the answer of the cvc5 package to a script."""
     import cvc5
 
     manager = cvc5.TermManager()

@@ -95,8 +95,9 @@ def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
         program.note_power()
 
         def power(routine: str, rung: int, place: int) -> bool | None:
+            """Return the power after an instruction in the latest scan; None if its rung was not scanned."""
             truth = program.truth(routine)[rung]
-            return None if truth is None else truth[place]  # None: the rung was not scanned
+            return None if truth is None else truth[place]
 
         return lambda: {power(*place) for place in places} == {True, False}
 

@@ -36,6 +36,9 @@ class Replay:
 
     Args:
         spec: the rack; its modules respond to the recorded outputs.
+        logic: the program; None = send the recorded outputs.
+        into: the receiver.
+        slots: numbers of the slots whose images are compared.
         resumed: the modules that were already in operation; None = all have just been powered up.
         exact_inputs: whether the instants at which inputs change are known.
 
@@ -66,7 +69,6 @@ class Replay:
             self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
         else:
             self.rack = build_rack(spec)
-        # without a program, the recorded outputs are sent
         self._logic = logic or recorded_outputs(self._plan, recording.memory, recording.layout)
         directions = {  # the images that the receiver produces, and that are compared
             ReplayTarget.MODULE: ("in",),

@@ -211,7 +211,7 @@ class DriveServer(Server):
 
     @override
     def step(self, longest_s: float) -> None:
-        """Wait for traffic up to a time, s, or until a packet is due; answer, and advance the drives."""
+        """Wait up to `longest_s` for traffic or a due packet; answer requests, and advance the drives."""
         wake_ns = None if self._enip is None else self._enip.adapter.wake_ns
         if wake_ns is not None:
             longest_s = min(longest_s, max(0, wake_ns - wall_ns()) / NS_PER_S)

@@ -59,7 +59,7 @@ class ExternalPlc(QuietListener):
     def __init__(self, slot: int, words: ModuleWords, silence_ns: int, *, whole: bool = False) -> None:
         self.slot, self._silence_ns = slot, silence_ns
         self._now_ns = 0
-        self._torn_reported = 0
+        self._torn_reported = 0  # torn writes that have been announced
         self._inputs: tuple[int, ...] = (0,) * len(words.inputs)
         self.words = RemoteWords(lambda: self._inputs, len(words.outputs), whole=whole)
         self.silences = 0

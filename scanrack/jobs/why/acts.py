@@ -145,9 +145,10 @@ def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iter
         outcome = _try_on_copy(bench, chosen, tag, requested)
         if outcome is not None:
             minimal.append(texts)
-            yield Acts(tag, requested, chosen, *outcome, tries)
+            after_ns, stimulus = outcome
+            yield Acts(tag, requested, chosen, after_ns=after_ns, stimulus=stimulus, tries=tries)
     if not minimal:
-        yield Acts(tag, requested, None, 0, "", tries)
+        yield Acts(tag, requested, acts=None, after_ns=0, stimulus="", tries=tries)
 
 
 def _choices(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:

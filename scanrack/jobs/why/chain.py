@@ -164,7 +164,7 @@ class RackChain:
         change_row = past.past.last_change(number, "in", 0) or 0
         text = f"{head}slot {number}: {'; '.join(waits(past)[:2])}"
         scan, now_ns = recording.numbers[change_row], recording.times[change_row]
-        return CauseLink("module", name, None, scan, now_ns, text)
+        return CauseLink("module", name, None, scan=scan, now_ns=now_ns, text=text)
 
     # --- the blocks of an axis, see `Blocks`
 
@@ -260,7 +260,7 @@ class RackChain:
         """Explain a change of a connection fault, such as `axis.I.Fault`."""
         now_ns = self.chains.causes.now_ns(origin.scan)
         text = f"slot {origin.cell.leaf.slot}: the link to it is {'lost' if value else 'restored'}"
-        return CauseLink("incident", name, value, origin.scan, now_ns, text)
+        return CauseLink("incident", name, value, scan=origin.scan, now_ns=now_ns, text=text)
 
     def _explain_consumed_tag(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
         """Explain a consumed tag by the rack that produces it."""
@@ -528,7 +528,9 @@ class RackChain:
 
 def override_link(override: Override, name: str, value: Value | None) -> CauseLink:
     """Return the link of a value that an override determines."""
-    return CauseLink(override.kind, name, value, override.scan, override.now_ns, override.text)
+    return CauseLink(
+        override.kind, name, value, scan=override.scan, now_ns=override.now_ns, text=override.text
+    )
 
 
 def _output_names(slot: SlotInfo, bits: Bits) -> list[str]:

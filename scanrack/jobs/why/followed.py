@@ -111,7 +111,7 @@ def follow(
         run = _from_snapshot(inputs, debugger, last, snapshots)
         if run is not None:
             return run
-    return _run(inputs, debugger, 0, last, until)
+    return _run(inputs, debugger, first=0, last=last, until=until)
 
 
 def _from_snapshot(

@@ -70,7 +70,7 @@ def kind_of(routine: Routine) -> str:
     return "st" if routine.drawing is None else "fbd"
 
 
-NOTHING_SHOWN = PageRoutine("", {}, (), ())
+NOTHING_SHOWN = PageRoutine("", rungs={}, lines=(), names=())
 
 
 class Catalog:
@@ -188,7 +188,7 @@ class Catalog:
         resolver = Resolver(self._layout, program)
         drawn = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
         answer = {"routine": routine.name, "chart": drawn.svg, "notes": list(chart.notes)}
-        return PageRoutine(routine.name, {}, (), drawn.names), answer
+        return PageRoutine(routine.name, rungs={}, lines=(), names=drawn.names), answer
 
     def _diagram(self, routine: Routine, drawing: Drawing) -> tuple[PageRoutine, Json]:
         """Return the tags of a function block diagram, and the answer with its drawing; see `show`."""
@@ -209,7 +209,7 @@ class Catalog:
 
         drawn = live_diagram(drawing.sheets, routine.name, tag_of)
         answer = {"routine": routine.name, "diagram": drawn.svg}
-        return PageRoutine(routine.name, {}, (), drawn.names), answer
+        return PageRoutine(routine.name, rungs={}, lines=(), names=drawn.names), answer
 
     def _rungs(self, routine: Routine, columns: int, *, operands: bool) -> tuple[PageRoutine, Json]:
         """Return the rungs of a routine with their tags, and the answer with their drawings; see `show`."""
@@ -229,7 +229,9 @@ class Catalog:
                     "text": str(rung),
                 }
             )
-        page_routine = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        page_routine = PageRoutine(
+            routine.name, rungs=dict(enumerate(routine.rungs)), lines=(), names=tuple(names)
+        )
         return page_routine, {"routine": routine.name, "rungs": drawn}
 
     def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
@@ -250,7 +252,7 @@ class Catalog:
                 own_names = self._names_in(text, program_of(routine.name))
                 names.update(dict.fromkeys(own_names))
                 lines.append({"number": number, "text": text, "names": own_names})
-        page_routine = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
+        page_routine = PageRoutine(routine.name, rungs={}, lines=tuple(routine.numbers), names=tuple(names))
         return page_routine, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:

@@ -102,7 +102,7 @@ class PythonSource:
             for number, text in enumerate(self._lines, 1)
         ]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
-        return PageRoutine(self._name, {}, (), names), answer
+        return PageRoutine(self._name, rungs={}, lines=(), names=names), answer
 
 
 def uses_in(text: str) -> dict[int, list[str]]:

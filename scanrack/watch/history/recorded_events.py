@@ -51,7 +51,7 @@ class RecordedEvents:
         self._trace = trace
         self._logs: dict[int, EventLog] = {}  # the events that were read, by index of their chunk
         self._last_scan = -1
-        self._latest_states = _LatestStates(None, 0, {}, [], {})
+        self._latest_states = _LatestStates(None, log_count=0, lines={}, rules=[], pressed={})
         self.read = 0  # number of events that were read
         self.formats = NumberFormats.of(trace)
         self.edits: set[int] = set()  # known scans before which the program was edited

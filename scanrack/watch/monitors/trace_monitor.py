@@ -84,7 +84,7 @@ class TraceMonitor(Monitor):
         for source in sources:
             subject.programs.add(*source)
         self._recorded = RecordedEvents(trace)
-        self._program_starts = {source.first for source in sources}
+        self._program_starts = {source.first for source in sources}  # the first scans of known programs
         self._lost = LAST_SCAN  # the first scan whose program the trace lacks
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
@@ -94,7 +94,7 @@ class TraceMonitor(Monitor):
         if extent is None and not trace.may_grow:
             raise ValueError(f"{path}: the trace has no scans")
         self._first = first
-        self._last = -1
+        self._last = -1  # the last scan so far
         if extent is not None:
             self._begin(extent[1])
             if first is not None and subject.timeline.row(first) is None:

@@ -91,7 +91,7 @@ class LadderWalk:
     ) -> None:
         self._lists, self._number, self._engine, self._shown = lists, number, engine, shown
         self._names = [name for name in names if name in engine.tags]
-        self._notes: Sequence[object] = ()
+        self._notes: Sequence[object] = ()  # of the engine, when power was last collected
         self._latest_power: dict[str, list[tuple[bool, ...] | None]] = {}  # by routine
         self._forces: object = None
         self._tags: list[_Tag] = []
@@ -179,7 +179,7 @@ def _reader(place: Place | Group, memory: Memory) -> Callable[[], Any] | None:
     if not _has_plain_elements(place):
         return None
     if isinstance(place, Group):
-        column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
+        column = column_in(cell.cell_contents, elements.__getitem__, begin=0, step=1, count=len(elements))
         if column is None or len(place.dims) != 1:
             return None
         _, span = column

@@ -233,6 +233,7 @@ class Homing(Operation):
         return self.phase is HomingPhase.CREEP and self._has_switch_only and home_risen
 
     def _continue_creep(self, now_ns: int, home_risen: bool) -> None:
+        """With only a home switch, end at its edge; otherwise, begin FINAL when the signal is on."""
         if self._has_switch_only:
             self._continue_final(now_ns, home_risen)
         elif self._signal:

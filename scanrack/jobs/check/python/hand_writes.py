@@ -100,10 +100,7 @@ class HandWrites:
                     yield self._bit(call, slot, word, 1 << bit, value, place)
 
     def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: WalkPlace) -> Iterator[WordWrite]:
-        """Yield the writes that load a whole image.
-
-        Note the command if the command word is not constant.
-        """
+        """Yield the writes that load a whole image, and note its command."""
         try:
             choices = self._walk.options.evaluate(self._walk.local.closed(image), {})
             images = [tuple(option) for option in choices.options if len(tuple(option)) == WORDS]

@@ -84,6 +84,7 @@ class _SequenceReader:
     """Reads how the methods of a class use its fields, terminals, axes and locks."""
 
     def __init__(self, path: Path, logic: Logic, spec: RackSpec, facts: Facts) -> None:
+        """Read the texts of the class and its bases, and sort the parts of the instance by kind."""
         self._path, self._logic, self._spec, self._facts = path, logic, spec, facts
         texts = list(_texts(type(logic), path))
         self._trees = [tree for _, tree, _ in texts]

@@ -149,18 +149,9 @@ class Walker:
     ) -> Point:
         """Return the point of an instruction, with its line, its text, and whether it is in a guard."""
         place, text = place_at(line.origin, self._file), self._lowered.sites[step.site].instruction
-        guards = self._guards and not argument
+        routine, guards = self._routine, self._guards and not argument
         return Point(
-            self._routine,
-            line,
-            step,
-            place,
-            text,
-            condition=reached,
-            own=own,
-            argument=argument,
-            value=value,
-            guards=guards,
+            routine, line, step, place, text, reached, own, argument=argument, value=value, guards=guards
         )
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:

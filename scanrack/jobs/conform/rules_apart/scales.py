@@ -99,15 +99,12 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
     A short scene can't tell several quantities apart. A quantity that explains the same scenes and others is
     more likely.
     """
-    explained: dict[str, set[int]] = {}  # by quantity: the scenes that it explains
+    explained: dict[str, set[int]] = {}  # by quantity: numbers of the scenes that it explains
     for number, scales in enumerate(scenes):
         for scale in scales:
             explained.setdefault(scale.what, set()).add(number)
-    lesser = {
-        quantity
-        for quantity, explained_scenes in explained.items()
-        if any(explained_scenes < more_scenes for more_scenes in explained.values())
-    }
+    all_numbers = explained.values()
+    lesser = {what for what, numbers in explained.items() if any(numbers < more for more in all_numbers)}
     return [[scale for scale in scales if scale.what not in lesser] for scales in scenes]
 
 

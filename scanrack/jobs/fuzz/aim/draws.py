@@ -298,6 +298,7 @@ class Draws:
         random = self._random
 
         def moved(part: Timed) -> Timed:
+            """Return the part in another scan of the run."""
             if random.random() < 0.5:
                 scan = self._random_scan(edges, 0)
             else:
@@ -311,6 +312,7 @@ class Draws:
         random = self._random
 
         def longer(part: Timed) -> Timed:
+            """Return the part with a random duration, or with two or four times its duration."""
             if not isinstance(part, Lasting) or not part.for_ns:
                 return part
             for_ns = part.for_ns * random.choice((2, 4))

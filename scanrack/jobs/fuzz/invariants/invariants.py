@@ -87,6 +87,7 @@ def eventually(
     limit_ns = parse_duration(limit)
 
     def make(condition: Condition) -> Invariant:
+        """Return the invariant for the decorated condition."""
         _check(condition)
         return Invariant(
             _name(condition),

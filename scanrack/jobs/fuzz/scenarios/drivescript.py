@@ -141,7 +141,7 @@ def _fault_requests(
 ) -> dict[int, dict[str, Any]]:
     """Return the requests for incidents of a slot and of the CPU, by scan.
 
-    An incident without a duration lasts until the end of the run.
+    Program mode and an open line without a duration last until the end of the run.
     """
     requests: dict[int, dict[str, Any]] = defaultdict(dict)
     for incident in incidents:

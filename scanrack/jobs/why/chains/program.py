@@ -100,7 +100,9 @@ class ProgramChain(PythonChain):
         rerun = self._runs.get((row, text))
         if rerun is None:
             watched = self.watched(text) if text else unwatched
-            rerun = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
+            rerun = run_again(
+                self.recording, self.spec, self.load, frozenset({row}), last=row, watched=watched
+            )
             self._runs[row, text] = rerun
         return rerun
 

@@ -72,7 +72,9 @@ class ConditionLooker:
                         break
             else:
                 if writer.line == line.number:
-                    self.false_parts[writer] = list(_false_parts(writer.value, True, frame, reads))
+                    self.false_parts[writer] = list(
+                        _false_parts(writer.value, expected=True, frame=frame, reads=reads)
+                    )
 
 
 def explain_unwritten(
@@ -141,7 +143,7 @@ def _writers_of(program: Path, text: str) -> list[Writer]:
         tree = ast.parse(program.read_bytes())
     except (OSError, SyntaxError, ValueError):
         return []
-    return list(_writers_in(tree, text, "", ()))
+    return list(_writers_in(tree, text, function="", tests=()))
 
 
 def _writers_in(
