@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: gcodeparser omits lines without a G or M word, so moves that continue a G1 are missing from the path
 # date: 2026-11-30
-# meets: anyone who runs a CAM program on custom axes, or computes its length
+# meets: anyone who runs a CAM program on separate axes, or computes its length
 # expected: moves to (10, 20), (5, 20) and (5, 30), since G0 to G3 are modal and CAM programs state them once
 # behavior:
 #   The parser wants a letter G, M or T at the beginning of each command and gives no error for text that has none. A

@@ -8,7 +8,7 @@
 #   never compares the sequence count. The late answer waits in the socket, and each later read returns the value of the
 #   tag before it, without an error. pylogix opens a new connection and reads the right values. ciplink, a fork of
 #   pycomm3, raises CommError for each later read. Other answers take 0.1 s, as through a gateway.
-# product: After a CommError of pycomm3, close the driver and reopen it: [what surprises](hmi-clients.md#what-surprises)
+# product: After a CommError of pycomm3, close the driver and reopen it: [what surprises](hmi-clients.md#surprising-client-behavior)
 # output:
 #   pylogix: A Connection failure
 #   pylogix: B 2, no error

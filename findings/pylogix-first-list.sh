@@ -7,7 +7,7 @@
 #   Before a tag's first read pylogix reads it alone to learn its type, one request for a tag, and then packs the list into
 #   one Multiple Service Packet. The types are kept as long as the object lives, so a program that makes a new PLC object
 #   for each poll pays 21 round trips each time. Counted are SendUnitData frames at a relay before cpppo's server.
-# product: Its EtherNet/IP server answers both; keep the PLC object between polls: [what surprises](hmi-clients.md#what-surprises)
+# product: Its EtherNet/IP server answers both; keep the PLC object between polls: [what surprises](hmi-clients.md#surprising-client-behavior)
 # output:
 #   first list: 21 requests, Success
 #   second list: 1 requests, Success

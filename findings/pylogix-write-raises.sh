@@ -6,7 +6,7 @@
 # behavior:
 #   A tag that is missing gives a Response with a Status and no exception. A value with a fraction for a DINT raises
 #   struct.error: required argument is not an integer, so a loop that checks Status ends there. Nothing is written.
-# product: Its EtherNet/IP server never gets that write; catch struct.error: [what surprises](hmi-clients.md#what-surprises)
+# product: Its EtherNet/IP server never gets that write; catch struct.error: [what surprises](hmi-clients.md#surprising-client-behavior)
 # output:
 #   speed 5 Status: Success
 #   level 1.7 Status: Success

@@ -7,7 +7,7 @@
 #   Python to Node: Int8 -1 arrives as 255 and Int16 -2 as 65534; UInt32 4294967295 arrives as null, since pysparkplug puts
 #   it into the field for 64 bits that the reader does not look at for that type. Node to Python: Int8 -1 is sent with
 #   32 bits, and pysparkplug raises OverflowError for the whole message.
-# product: Publishes no Sparkplug; see what a bridge keeps: [what surprises](hmi-clients.md#what-surprises)
+# product: Publishes no Sparkplug; see what a bridge keeps: [what surprises](hmi-clients.md#surprising-client-behavior)
 # output:
 #   Python to Python: INT8 -1
 #   Python to Python: INT16 -2

@@ -31,7 +31,9 @@ REQUESTS: Mapping[str, Request] = {
     "launch": Request(starting.launch, "runs a rack, or opens a trace", "nothing"),
     "attach": Request(starting.attach, "opens a trace", "nothing"),
     "configurationDone": Request(
-        starting.configured, "begins, after the breakpoints", capability="supportsConfigurationDoneRequest"
+        starting.configured,
+        "starts execution after all breakpoints are set",
+        capability="supportsConfigurationDoneRequest",
     ),
     "disconnect": Request(starting.disconnect, "ends the session", "nothing"),
     "terminate": Request(starting.disconnect, "ends the session", "nothing", "supportsTerminateRequest"),
@@ -65,12 +67,15 @@ REQUESTS: Mapping[str, Request] = {
     "reverseContinue": Request(
         moving.reverse, "runs backwards to the previous breakpoint", "stop", "supportsStepBack"
     ),
-    "threads": Request(looking.threads, "names the thread: the scan"),
+    "threads": Request(looking.threads, "returns the only thread, which is the scan"),
     "stackTrace": Request(
-        looking.stack, "lists rung, callers, task and scan", "stop", "supportsDelayedStackTraceLoading"
+        looking.stack,
+        "lists the rung, its callers, the task and the scan",
+        "stop",
+        "supportsDelayedStackTraceLoading",
     ),
     "scopes": Request(looking.scopes, "lists inputs, outputs, tags, timers and locals", "stop"),
-    "variables": Request(looking.variables, "lists one level of values", "stop"),
+    "variables": Request(looking.variables, "lists the values of one level", "stop"),
     "setVariable": Request(
         looking.set_variable, "sets a tag, or forces a word or bit", "stop", "supportsSetVariable"
     ),
@@ -82,14 +87,12 @@ REQUESTS: Mapping[str, Request] = {
         "supportsEvaluateForHovers",
     ),
     "exceptionInfo": Request(
-        looking.exception_info, "returns the reason of a stop", "stop", "supportsExceptionInfoRequest"
+        looking.exception_info, "returns the reason for a stop", "stop", "supportsExceptionInfoRequest"
     ),
     "loadedSources": Request(
         looking.sources, "lists the files of the program", capability="supportsLoadedSourcesRequest"
     ),
-    "completions": Request(
-        looking.completions, "completes names of tags", "stop", "supportsCompletionsRequest"
-    ),
+    "completions": Request(looking.completions, "completes tag names", "stop", "supportsCompletionsRequest"),
 }
 
 ALSO: Mapping[str, Any] = {

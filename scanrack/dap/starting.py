@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 LAUNCH = {
     "program": (str, "rack file, export or trace"),
-    "pytest": (str, "arguments of pytest, instead of a program, such as test_line.py::test_round"),
-    "stopOnEntry": (bool, "stop before the first scan; false = run to the first breakpoint"),
-    "speed": (str, "times real time, 0.01 to 1000, or max"),
-    "record": (str, "trace file; without it a temporary one"),
-    "page": (bool, "also open the session to the browser"),
-    "live": (bool, "real ports may move real motors; pausing is refused"),
-    "scan": (int, "of a trace: the scan to begin with"),
-    "trust": (bool, "run Python that came with a trace"),
+    "pytest": (str, "arguments of pytest, such as test_line.py::test_round; replaces `program`"),
+    "stopOnEntry": (bool, "whether to stop before the first scan, instead of at the first breakpoint"),
+    "speed": (str, "speed relative to real time, 0.01 to 1000, or max"),
+    "record": (str, "trace file; a temporary file if omitted"),
+    "page": (bool, "whether to open the session in the browser as well"),
+    "live": (bool, "whether real ports can move real motors; pausing is then refused"),
+    "scan": (int, "the scan of a trace to start at"),
+    "trust": (bool, "whether to run Python code that is stored in a trace"),
 }
 """Arguments of launch and attach, with their types and meanings."""
 

@@ -12,40 +12,41 @@ REMEDY = "python -m tests.tools.generate check"
 HEAD = """\
 # The rules of `scanrack check`
 
-What each rule finds, what to do, and a mistake. The examples are lines of whole programs:
-`tests/unit/jobs/test_check_planted.py` checks that the good ones have no finding, and the bad ones this one.
-[Check](check.md) says how to run it, and how to ignore a finding.
+This page lists what each rule finds and how to fix it, with examples. The examples are lines of whole
+programs. `tests/unit/jobs/test_check_planted.py` checks that good lines have no finding, and bad lines the
+finding of their section. [Check](check.md) describes how to run the check and how to ignore a finding.
 
 ## What counts
 
 * **Constants** of a ladder program are numbers in rungs and initial values of words that no instruction
-  writes; of Python, numbers and names of the module, and what `for station in STATIONS` may be. Any
-  other value is unknown, and legal. Imported files are not read. **Ranges** follow constants through
-  MOV, arithmetic and assignments.
-* **Output words** of a 3601 are followed from step to step, whether COP, MOV, bits, `outputs[2] = ...`,
-  `load` or a list of steps writes them. The words with which a command is given are asked of the
-  simulated module's own table of refusals, for each element of a table that may be in them; words that
-  are not known break no rule.
-* **A configuration** is seen where COP or CPS copies it to the slot's output words, MOV writes word 0,
-  or `Configure3601` gets it. Of a class of `Logic` everything that it declares is known.
-* **Taken back**: another instruction clears the bit, on a rung that needs neither the first scan, nor a
-  bit of start-up or an error (`MODE_CONFIG`, `CONFIG_ERROR`, `COMMAND_ERROR`, `POSITION_INVALID`), nor
-  another command's bit.
-* **Steps**: a number that only gets constants, such as `Step`. A motion must wait for the end of the one
-  before it: for a status bit, a position, a time, Done of a block, or a tag that depends on one. An
-  input of a card is no such wait.
-* **A step without an exit** is entered and never left. A start-up that ends in a step with conditions of its
-  own is none, nor is a step with a name such as `done`; in rungs, a step that others choose ends a job.
-* **Exact** are constants, copies, what people write, and sums of whole numbers: they may be compared for
-  equality, and a divisor with 0.
-* **Interlocks**: two command bits of a 3601, and two outputs whose names differ in one opposite word (Up
-  and Down, Forward and Reverse, Open and Close), must exclude each other where inputs of cards switch
-  both on, also behind coils, latches and local names. An output's contact in the other's rung is an
-  interlock.
-* **People** read and write tags that the rack file records, tags called after HMI, SCADA, panel,
-  operator, recipe or setpoint, and all tags of rungs that a Python file makes.
-* An `AlwaysOn` bit, an initial value as a setting, `WHILE TRUE` and `while True` are no findings. Lines
-  that begin with `not seen` name what the check could not read.
+  writes. In Python, they are numbers and names of the module, and the values of `station` in
+  `for station in STATIONS`. Any other value is unknown, and never a finding. Imported files are not read.
+  **Ranges** follow constants through MOV, arithmetic and assignments.
+* **Output words** of a 3601 are tracked from step to step, whether COP, MOV, bits, `outputs[2] = ...`,
+  `load` or a list of steps writes them. The check passes the words of each command to the simulated
+  module's own table of refusals. It tries each table element that the words can have. Unknown words
+  break no rule.
+* **A configuration** is detected when COP or CPS copies it to the slot's output words, MOV writes word 0,
+  or `Configure3601` receives it. In a class of `Logic`, every declared configuration is detected.
+* **Cleared** means that another instruction clears the bit. Its rung must not need the first scan, another
+  command's bit, or a bit of startup or an error (`MODE_CONFIG`, `CONFIG_ERROR`, `COMMAND_ERROR`,
+  `POSITION_INVALID`).
+* **Steps** are numbers that receive only constants, such as `Step`. A motion must wait for the end of the
+  previous motion: for a status bit, a position, a time, Done of a block, or a tag that depends on one.
+  A card input does not count as such a wait.
+* **A step without an exit** is entered and never left. A startup that ends in a step with conditions does
+  not count, and neither does a step with a name such as `done`. In rungs, a step that others select ends
+  a job.
+* **Exact values** are constants, copies, values that people write, and sums of whole numbers. You can
+  compare them for equality, and compare a divisor with 0.
+* **Interlocks** apply to two command bits of a 3601, and to two outputs whose names differ in one opposite
+  word (Up and Down, Forward and Reverse, Open and Close). The two must exclude each other if card inputs
+  can switch both on, even through coils, latches and local names. A contact of one output in the other's
+  rung is an interlock.
+* **People** read and write tags that the rack file records. They also read and write tags named after HMI,
+  SCADA, panel, operator, recipe or setpoint, and all tags of rungs that a Python file creates.
+* An `AlwaysOn` bit, an initial value as a setting, `WHILE TRUE` and `while True` are not findings. Lines
+  that begin with `not seen` list what the check could not read.
 
 ## The rules
 
@@ -64,7 +65,7 @@ def page() -> str:
 
 def _section(rule: Rule) -> str:
     """Return a rule's section, with an example per language."""
-    lines = [f"\n## {rule.id}\n\n{rule.words[0].upper()}{rule.words[1:]}: {rule.remedy}.\n"]
+    lines = [f"\n## {rule.id}\n\n{rule.words[0].upper()}{rule.words[1:]}. **Fix:** {rule.remedy}.\n"]
     if rule.id in OF_THE_RACK:
         good, bad = OF_THE_RACK[rule.id]
         lines.append(f"\n    good: {good}\n    bad:  {bad}\n")

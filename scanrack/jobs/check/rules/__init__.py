@@ -49,7 +49,7 @@ RULES = (
     ),
     Rule(
         "wrong-level",
-        "a home, limit or stop input that is active at rest: its contact and its level contradict each other",
+        "a home, limit or stop input that is active at rest, because its contact and its level do not match",
         "change the bit of the input in configuration word 1, or `normally_closed` of its switch",
         "error",
         (rack.active_at_rest,),
@@ -89,7 +89,7 @@ RULES = (
     Rule(
         "move-over-coil",
         "a word that is written both as a whole and bit by bit",
-        "write the word or its bits, not both",
+        "write either the word or its bits",
         checks=(data.move_over_coil,),
     ),
     Rule(
@@ -121,7 +121,7 @@ RULES = (
     Rule(
         "several-tasks",
         "a tag that several tasks write",
-        "write it in one task only, which reads requests from the other tasks",
+        "write it in only one task, which reads requests from the other tasks",
         checks=(data.several_tasks,),
     ),
     # conditions
@@ -160,7 +160,7 @@ RULES = (
     Rule(
         "no-interlock",
         "two outputs with opposite names, such as Up and Down, that inputs can switch on together",
-        "interlock them: add a contact of each output to the rung of the other",
+        "add a contact of each output to the rung of the other output as an interlock",
         checks=(interlocks.opposite_outputs,),
     ),
     Rule(
@@ -220,7 +220,7 @@ RULES = (
     Rule(
         "control-mixed",
         "FFL and FFU with different CONTROLs, or a CONTROL shared by unrelated instructions",
-        "use one CONTROL for both instructions of a queue, and only for them",
+        "use one CONTROL for both instructions of a queue, and for no other instruction",
     ),
     Rule(
         "block-order",
@@ -229,7 +229,7 @@ RULES = (
     ),
     Rule(
         "execute-never-falls",
-        "a block whose Execute never falls",
+        "a block whose Execute never turns off",
         "clear Execute when the block is done",
         checks=(motion.execute_stays,),
     ),
@@ -247,14 +247,14 @@ RULES = (
     ),
     Rule(
         "out-of-range",
-        "a value that the module refuses: ranges, the starting speed, a configuration",
+        "a value that the module refuses, such as a speed, a starting speed or a configuration",
         "correct the value",
         "error",
         (motion.out_of_range, words.images_out_of_range),
     ),
     Rule(
         "refused-command",
-        "a command that the module refuses: two command bits, data in unused words, the configuration",
+        "a command that the module refuses, such as two command bits or data in unused words",
         "change the command, its words or the configuration",
         "error",
         (motion.refused, words.refused_images, interlocks.both_commands),
@@ -282,8 +282,8 @@ RULES = (
     ),
     Rule(
         "no-position",
-        "an absolute move of an axis whose position nothing makes valid",
-        "search for home or set the position first",
+        "an absolute move of an axis whose position never becomes valid",
+        "home the axis or set the position first",
         "error",
         (motion.without_position,),
     ),
@@ -304,13 +304,13 @@ RULES = (
     Rule(
         "two-sequences",
         "two sequences that write the same output or move the same axis",
-        "use it in one sequence only, or take a lock",
+        "use it in only one sequence, or protect it with a lock",
         checks=(data.several_writers, motion.two_movers),
     ),
     Rule(
         "lock-order",
-        "locks whose order can block sequences forever",
-        "take the locks in the same order everywhere",
+        "locks in an order that can block sequences forever",
+        "take the locks in the same order in all sequences",
         "error",
     ),
     Rule(
