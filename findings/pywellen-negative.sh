@@ -6,7 +6,7 @@
 # behavior:
 #   A variable of type integer with 32 bits, as a VCD writer makes it of -1. pywellen knows the type and gives the bits as
 #   an unsigned number.
-# product: A position is a 32-bit integer in the export: in pywellen, subtract 2**32 from numbers of 2**31 and above; see [export](query.md#what-readers-of-vcd-make-of-it)
+# product: A position is a 32-bit integer in the export: in pywellen, subtract 2**32 from numbers of 2**31 and above; see [export](query.md#vcd-readers)
 # output:
 #   position Integer [0, 4294967295, 1]
 folder=$(mktemp -d)

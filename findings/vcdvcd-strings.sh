@@ -6,7 +6,7 @@
 # behavior:
 #   pyvcd writes a variable of type string and its changes as s values. vcdvcd names the signal among its signals and
 #   has no change for it, without an error. Bits and reals of the same file are there.
-# product: Codes are string variables, which GTKWave shows; other readers differ: [export](query.md#what-readers-of-vcd-make-of-it)
+# product: Codes are string variables, which GTKWave shows; other readers differ: [export](query.md#vcd-readers)
 # output:
 #   rack.lamp [(0, '0'), (1, '1')]
 #   rack.step []
