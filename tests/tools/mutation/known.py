@@ -63,8 +63,8 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/commands.py",
         "resume",
-        "not refused(host, now_ns, command) and held_move is not None",
-        "not refused(host, now_ns, command)",
+        "not refuse_if_broken(host, now_ns, command) and held_move is not None",
+        "not refuse_if_broken(host, now_ns, command)",
         "without a held move it is refused",
     ),
     Equivalent(
