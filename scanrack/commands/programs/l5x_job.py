@@ -88,7 +88,7 @@ def _report_folder(folder: Path, options: L5xOptions, start: ExportStart) -> int
 
 
 def _print_other_output(file: Path, options: L5xOptions, start: ExportStart) -> int | None:
-    """Print or write the output that replaces the report; return the exit status, or None without one."""
+    """Print or write the output that replaces the report; return the exit status, or None for a report."""
     with reported_mistakes():
         if options.html is not None and options.against is None:
             raise ValueError("--html needs --against OLDER")
