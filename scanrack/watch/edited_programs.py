@@ -1,4 +1,4 @@
-"""Programs that are loaded while another one runs, either from disk or with an edited file."""
+"""Programs that are loaded while another program runs, either from disk or with an edited file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Breakpoints in a Python program or list of steps, on a line that runs or a value that changes.
+"""Breakpoints in a Python program or list of steps, at a line that runs or on a value that changes.
 
 The session pauses after the scan.
 """

@@ -148,7 +148,7 @@ def wide(values: Array) -> Array:
 
 
 def _number_text(value: Any) -> str:
-    """Return a number, or a pair of `wide`, as text."""
+    """Return a number, or a pair from `wide`, as text."""
     if not isinstance(value, complex):
         return str(value)
     if np.isinf(value.real):
