@@ -179,7 +179,7 @@ _QUANTITIES = (
     Quantity("acceleration", "O", 6, 1, "steps/ms/s"),
     Quantity("deceleration", "O", 7, 1, "steps/ms/s"),
     Quantity("motor_current", "O", 8, 1, "0.1 A"),
-    Quantity("jerk", "O", 9, 1, "% per 10 ms"),
+    Quantity("jerk", "O", 9, 1, "%/s"),
 )
 """The numbers in words 2 to 9 in command mode [EDS; SMD p. 59]."""
 

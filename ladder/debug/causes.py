@@ -301,7 +301,7 @@ class Causes:
     # --- causes if nothing differs
 
     def _latest_changes(self, entry: StepRun, scan: int, own_reads: Sequence[Read]) -> list[Cause]:
-        """Return the latest changes of the values that an instruction depends on."""
+        """Return as causes the reads of an instruction whose values changed last, in this scan or before."""
         reads = [
             (read, reader)
             for read, reader in _dependencies(entry, own_reads)
@@ -317,7 +317,7 @@ class Causes:
         return self._latest_changes_before(reads, scan)
 
     def _latest_changes_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:
-        """Return the latest changes before a scan."""
+        """Return as causes the reads whose values changed in the latest scan before that changed any."""
         cells = list(dict.fromkeys(read.cell for read, _ in reads))
         changed = {origin.cell for origin in self.origins(cells, scan - 1)}
         return [Cause(read, reader, changed=False) for read, reader in reads if read.cell in changed]

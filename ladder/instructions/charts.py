@@ -130,12 +130,12 @@ def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
-    """Continue a chart with its active steps and their times; if no step is active, begin the chart."""
+    """Continue a chart with its active steps and their times; without one, leave the chart to begin anew."""
     if not any(machine.get(node.bits["X"]) for node in chart.nodes):
         return
     machine.put(chart.state, RESUMED)
     for bits in _members_of_all(chart):
-        if "T" in bits and "ns" in bits:
+        if "T" in bits and "ns" in bits:  # the exact time, in ns, continues from T, in ms
             machine.put(bits["ns"], _integer(machine, bits["T"]) * _MS)
 
 

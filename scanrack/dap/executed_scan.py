@@ -67,7 +67,11 @@ class ExecutedScan(View):
         return sorted(self._stops(), key=lambda stop: (stop.order, stop.depth))
 
     def _stops(self) -> Iterator[Stop]:
-        """Yield a stop before each rung, and before each of its further instructions at the top level."""
+        """Yield a stop before each rung, and before each of its later instructions.
+
+        A stop's order is that of the last executed instruction. Instructions of a call, such as the copies of
+        its parameters, have no stop.
+        """
         for run in self.execution.runs.values():
             if run.line.number < 0:  # the line of a whole chart
                 continue

@@ -133,6 +133,7 @@ class EditedPrograms:
         return job
 
     def _forget(self) -> None:
+        """Unload the Python modules of the program and its copies: the next load reads their files."""
         forget([self.file.parent.resolve(), *self._folders])
 
     def usable(self, job: LoadedRack, restart: str = "") -> LoadedRack:

@@ -36,10 +36,10 @@ class PythonStops(Observer):
         self._logic, self._file = logic, file
         self._line_breakpoints: set[int] = set()
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: code that reads it, latest value
-        self._running: set[int] = set()
+        self._running: set[int] = set()  # lines that have run since the last look at `stops`
         self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
-        self._watch.only()  # remove the observers of the session from which this one branches
+        self._watch.only()  # no observers: a branch is a copy of a session, with that session's observers
 
     @property
     def stops(self) -> tuple[str, ...]:

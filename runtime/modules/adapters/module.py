@@ -371,7 +371,10 @@ class Adapter(Generic[Drive]):
         self._show(now_ns, "strayed", POSITION_INVALID, "the axis has moved without a command")
 
     def _show_return(self, now_ns: int, words: Words) -> None:
-        """Show that the link is back and the position is unknown; bits that are set cause no edge."""
+        """Show that the link is back and the position is invalid; refuse commands until all bits are off.
+
+        Command bits that are already on in `words` cause no edge.
+        """
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the device answers again; it may have moved without the link"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)

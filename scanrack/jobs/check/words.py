@@ -105,16 +105,20 @@ class _Flow:
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
         changes = [action for action in actions if action.goes is not None]
-        self._changes = [action for action in changes if action.steps is not None]
+        self._changes = [change for change in changes if change.steps is not None]  # from known steps
         self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
-        entered_by_others = {
+        # the words on entry to each step that a path reaches
+        self._on_entry: dict[Step, _Words] = {step: _Words() for step in self._first_steps(changes)}
+
+    def _first_steps(self, changes: Iterable[StepAction]) -> list[Step]:
+        """Return the steps whose words on entry are unknown: entered from any step, or from no other step."""
+        entered_from_others = {
             change.goes for change in self._changes if change.steps != frozenset((change.goes,))
         }
-        # no word is known in a step that can be entered from anywhere, such as in the first scan
         entered_from_anywhere = {change.goes for change in changes if change.steps is None}
-        firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
-        # the words on entry to each step that a path reaches
-        self._on_entry: dict[Step, _Words] = {step: _Words() for step in self._steps if step in firsts}
+        return [
+            step for step in self._steps if step in entered_from_anywhere or step not in entered_from_others
+        ]
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
         """Return all steps that actions and writes name."""

@@ -160,7 +160,7 @@ class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
 
     @override
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return the axis's search; type 0 uses soft limit and home switch, type 1 only the switch."""
+        """Return how the axis homes; `CONFIGURATION_ROWS` refuses the kinds with a marker."""
         if kind is HomingKind.HOME_SWITCH_PROXIMITY:
-            return AxisHoming.MEETS_SWITCH_SLOWLY
-        return AxisHoming.LEAVES_SWITCH
+            return AxisHoming.MEETS_SWITCH_SLOWLY  # home type 0: soft limit, then home switch
+        return AxisHoming.LEAVES_SWITCH  # home type 1: home switch only
