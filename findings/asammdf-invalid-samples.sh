@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: asammdf computes with samples that are marked invalid: resample uses their values, and a table has numbers in their place
 # date: 2026-11-30
-# meets: who evaluates a measurement whose sensor or bus failed for a moment
+# meets: anyone who evaluates a measurement whose sensor or bus failed for a moment
 # expected: no sample or NaN at the two invalid times, in every way to read the file
 # behavior:
 #   The samples at 1 and 3 s are invalid and hold 2 and 4. get leaves them out. to_dataframe and the CSV export hold 15.5

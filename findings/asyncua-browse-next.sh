@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: asyncua's server ignores the maximum of references per node and answers BrowseNext with BadUserAccessDenied
 # date: 2026-11-29
-# meets: who tests the browser of an HMI against a folder of many tags
+# meets: anyone who tests the browser of an HMI against a folder of many tags
 # expected: two references and a continuation point, then the others
 # behavior:
 #   A folder with more than five references is browsed with RequestedMaxReferencesPerNode 2: all come at once, without a

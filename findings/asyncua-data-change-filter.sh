@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: asyncua's DataChangeFilter has the trigger Status, not StatusValue as its source says, and decodes as another class
 # date: 2026-11-29
-# meets: who subscribes with a deadband
+# meets: anyone who subscribes with a deadband
 # expected: StatusValue, as its comment says; and isinstance holds after decoding
 # behavior:
 #   The class in uaprotocol_hand has the comment Default is StatusValue and a class attribute without annotation, which is

@@ -6,7 +6,7 @@
 # behavior:
 #   Ten values come within one publishing interval, and the queue holds three. Both items get the last three with the
 #   status Good, so the seven that are lost do not show. OPC UA part 4 asks for both.
-# product: Its OPC UA server brings one value of an item in a publishing interval, so ask for a queue that outlasts a pause: [OPC UA](hmi.md#opc-ua)
+# product: Its OPC UA server sends one value per item in each publishing interval, so request a queue that outlasts a pause: [OPC UA](hmi.md#opc-ua)
 # output:
 #   DiscardOldest True: 18 Good 0000h, 19 Good 0000h, 20 Good 0000h
 #   DiscardOldest False: 18 Good 0000h, 19 Good 0000h, 20 Good 0000h

@@ -6,7 +6,7 @@
 # behavior:
 #   Republish of number 1 twice, and of 99, which was never sent: each is answered with ServiceResult Good, sequence number 0
 #   and no notification. A client takes that as received and goes on without the values of the outage.
-# product: Its OPC UA server, built on asyncua, answers the message or BadMessageNotAvailable itself; see [OPC UA](hmi.md#opc-ua)
+# product: Its OPC UA server, built on asyncua, returns the message or BadMessageNotAvailable itself; see [OPC UA](hmi.md#opc-ua)
 # output:
 #   changed to 1.0
 #   1 Good 0 []

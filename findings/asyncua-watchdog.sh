@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# what: asyncua's client gives up a connection after one second without an answer, whatever its timeout says
+# what: asyncua's client drops a connection after one second without an answer, whatever its timeout says
 # date: 2026-11-29
-# meets: who polls a PLC that is busy for a moment
+# meets: anyone who polls a PLC that is busy for a moment
 # expected: with timeout=10 a pause of three seconds goes unnoticed
 # behavior:
 #   The server's process pauses its loop for three seconds. The client's watchdog reads the server's state every
 #   watchdog_intervall, 1 s, with that same interval as limit, or half of the session's timeout if that is less; then it calls
 #   the connection lost. A timeout of 10 s and a session of one hour do not count.
-# product: Pass `watchdog_intervall` to your asyncua client when the rack may pause, in a debugger for one; see [OPC UA](hmi.md#opc-ua)
+# product: Pass `watchdog_intervall` to your asyncua client if the rack can pause, for example in a debugger; see [OPC UA](hmi.md#opc-ua)
 # output:
 #   timeout=10: ['TimeoutError']
 #   timeout=10, watchdog_intervall=10: []

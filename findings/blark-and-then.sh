@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# what: blark binds AND_THEN looser than OR, so that `a AND_THEN b OR c` becomes `a AND_THEN (b OR c)`
+# what: blark binds AND_THEN more loosely than OR, so that `a AND_THEN b OR c` becomes `a AND_THEN (b OR c)`
 # date: 2026-11-30
-# meets: who translates or checks TwinCAT structured text with its syntax tree
+# meets: anyone who translates or checks TwinCAT structured text with its syntax tree
 # expected: AND_THEN groups as AND does, which is what Beckhoff's table of binding strengths says (ST Expressions)
 # behavior:
 #   AND, XOR and OR group as in the table. AND_THEN has one level with OR_ELSE, below OR: with a FALSE and c TRUE the
 #   tree's value is FALSE, the controller's TRUE. The text written back has no parentheses, so it does not show.
-# product: Structured text is Logix's, which has AND and `&` in one level above XOR and OR, and no AND_THEN: [L5X](l5x.md)
+# product: Its structured text is Logix's: AND and `&` share one level above XOR and OR, and AND_THEN does not exist: [L5X](l5x.md)
 # output:
 #   a AND b OR c = ((a AND b) OR c)
 #   a AND_THEN b OR c = (a AND_THEN (b OR c))

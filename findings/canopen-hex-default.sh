@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: canopen reads a signed DefaultValue in hexadecimal without its sign, but LowLimit and HighLimit with it
 # date: 2026-11-30
-# meets: who simulates a CiA 402 drive from its EDS file
+# meets: anyone who simulates a CiA 402 drive from its EDS file
 # expected: -5 for FFFFFFFBh in an INTEGER32, as the limits beside it are read
 # behavior:
 #   The default becomes 4294967291. The object dictionary takes it without a word; only a client that reads the object

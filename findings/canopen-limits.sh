@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: a canopen node takes a value beyond the HighLimit of its EDS, and the fraction of a number is dropped in silence
+# what: a canopen node accepts a value beyond the HighLimit of its EDS, and silently drops the fraction of a number
 # date: 2026-11-30
-# meets: who tests a master's set points against a simulated CiA 402 drive
+# meets: anyone who tests a master's set points against a simulated CiA 402 drive
 # expected: SDO abort 06090031h (value too high), as a drive answers, and an error for 1.9 into an INTEGER32
 # behavior:
 #   Both ends know the limit. The master logs a warning and sends the value; the node stores it and confirms the transfer.

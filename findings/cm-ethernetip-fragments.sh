@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: cm-ethernetip's tag server counts later fragments of an array from element 0, whatever element the client began at
 # date: 2026-11-30
-# meets: who reads the upper part of a long array from a simulated Logix controller
+# meets: anyone who reads the upper part of a long array from a simulated Logix controller
 # expected: element 100 + i at place i of `counts[100]`, 400 elements
 # behavior:
 #   The first 478 bytes are right. For the rest the client asks for the same tag at a byte offset; the server leaves out

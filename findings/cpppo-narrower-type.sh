@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# what: cpppo's simulated controller accepts a write whose type is not the tag's, where the written type is narrower
+# what: cpppo's simulated controller accepts a write whose type is not the tag's, if the written type is narrower
 # date: 2026-11-30
 # meets: drivers of HMIs that are tested against cpppo before they meet a Logix controller
 # expected: status FFh, extended 2107h (type mismatch), as it answers a wider type and as a Logix controller does

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: dpkt reads every packet of a pcapng with the time resolution and the link type of its first interface
 # date: 2026-11-30
-# meets: who measures cycle times in a capture of two network cards, or in two captures that were merged
+# meets: anyone who measures cycle times in a capture of two network cards, or in two captures that were merged
 # expected: equal times, since both packets were captured in the same second, and a link type for each packet
 # behavior:
 #   The second interface counts nanoseconds, the first microseconds: its packet is 1,000 times too late. datalink() has

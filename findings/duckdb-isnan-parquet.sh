@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# what: DuckDB finds no NaN in Parquet files of pyarrow and polars: their statistics leave NaN out
+# what: DuckDB finds no NaN in Parquet files of pyarrow and polars, because their statistics omit NaN
 # date: 2026-11-29
-# meets: who filters an exported recording for missing or faulty measurements
+# meets: anyone who filters an exported recording for missing or faulty measurements
 # expected: every reader finds the two NaN, since minimum and maximum say nothing about NaN
 # behavior:
 #   pyarrow and polars write minimum and maximum of the numbers and ignore NaN. DuckDB orders NaN above all numbers,
 #   trusts the maximum and concludes that no row is NaN: isnan finds none, not isnan finds all rows, the NaN among them,
 #   and level > 100 finds none. DuckDB's own files have no minimum and maximum in a column with NaN; there it finds two.
 #   polars and pyarrow find both NaN in every file.
-# product: The export writes no statistics of REAL, and a test asks DuckDB, DataFusion, polars and pyarrow; see [export](query.md#export)
+# product: The export writes no statistics for REAL, and a test checks this in DuckDB, DataFusion, polars and pyarrow; see [export](query.md#export)
 # output:
 #   pyarrow wrote minimum 1.0 maximum 3.0
 #     duckdb isnan(level) 0

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# what: two distributions, cm-ethernetip and ethernetip, install the same package `ethernetip`, and pip says nothing
+# what: two distributions, cm-ethernetip and ethernetip, install the same package `ethernetip`, without a warning from pip
 # date: 2026-11-29
-# meets: who installs an EtherNet/IP scanner by the name of its package
+# meets: anyone who installs an EtherNet/IP scanner by the name of its package
 # expected: cm-ethernetip has a package of another name, or pip reports the conflict
 # behavior:
 #   Both have a file ethernetip/__init__.py. Installing ethernetip over cm-ethernetip replaces that file without a
 #   word, and pip check finds nothing broken. Uninstalling ethernetip takes the file away, so the package that
 #   cm-ethernetip's users import has no __init__.py left, while cm-ethernetip still counts as installed.
-# product: Installs neither; the clients that were tried: [clients of the tag servers](hmi-clients.md)
+# product: Installs neither; see the [tested clients of the tag servers](hmi-clients.md)
 # output:
 #   ['cm-ethernetip'] doc: EtherNet/IP and CIP protocol stack in pure Python.
 #   pip names a conflict in 0 lines

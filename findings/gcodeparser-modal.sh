@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# what: gcodeparser leaves out lines without a G or M word, so moves that continue a G1 are missing from the path
+# what: gcodeparser omits lines without a G or M word, so moves that continue a G1 are missing from the path
 # date: 2026-11-30
-# meets: who runs a CAM program on separate axes, or computes its length
+# meets: anyone who runs a CAM program on separate axes, or computes its length
 # expected: moves to (10, 20), (5, 20) and (5, 30), since G0 to G3 are modal and CAM programs state them once
 # behavior:
 #   The parser wants a letter G, M or T at the beginning of each command and gives no error for text that has none. A
 #   comment in parentheses ends the command: the words that follow it are left out. In `G1 G91 X10` the X belongs to G91.
 #   A number that ends with its point, as programs for Fanuc controls write it, raises ValueError.
-# product: Reads no G-code, moves are lines of a sequence: [sequences](sequences.md#commands-and-errors)
+# product: Reads no G-code; moves are lines of a sequence: [sequences](sequences.md#commands-and-errors)
 # output:
 #   G1 X10 Y20: G1 X=10 Y=20
 #   X5: nothing

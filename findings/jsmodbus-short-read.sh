@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: jsmodbus answers a read beyond the end of its registers with fewer values and no exception
 # date: 2026-11-30
-# meets: pollers that are tested against a simulated device, and count on exception 02 for a wrong address
+# meets: pollers that are tested against a simulated device, and rely on exception 02 for a wrong address
 # expected: exception 02, as the same server answers a write there
 # behavior:
 #   The server cuts the request down to its buffer. Four registers from 8 on a table of ten come back as two, and its

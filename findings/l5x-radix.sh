@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # what: l5x reads a tag only in the radix Decimal: Hex raises, is written without its base, and a LINT is an empty dictionary
 # date: 2026-11-30
-# meets: who edits presets of a Logix project with a script
+# meets: anyone who edits presets of a Logix project with a script
 # expected: 255, 6 and 5000000000, and 16#0000_0010 after 16 is assigned to a tag in hexadecimal
 # behavior:
 #   The value of an integer is int(text), so `16#0000_00ff` and `2#0000_0110` raise ValueError. Assigning to such a tag
 #   works: its text becomes 16 beside Radix="Hex". LINT is not among the package's base types; it is taken for a
 #   structure without members.
-# product: every radix is read and kept: [L5X](l5x.md)
+# product: Reads and keeps every radix: [L5X](l5x.md)
 # output:
 #   Hex ValueError invalid literal for int() with base 10: '16#0000_00ff'
 #   Binary ValueError invalid literal for int() with base 10: '2#0000_0110'

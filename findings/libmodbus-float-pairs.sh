@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # what: none of libmodbus's four named float orders reads back what it wrote
 # date: 2026-11-29
-# meets: who exchanges REAL values with a program linked against Debian 12's libmodbus
+# meets: anyone who exchanges REAL values with a program linked against Debian 12's libmodbus
 # expected: modbus_get_float_X is the inverse of modbus_set_float_X, and abcd is 47f1 2000 for 123456.0
 # behavior:
 #   modbus_get_float_abcd reads 47f1 2000 as 123456, as documented. modbus_set_float_abcd writes f147 0020: the bytes of
 #   each register are swapped, in all four setters. Only the unnamed pair, modbus_set_float and modbus_get_float, is its own inverse.
-# product: A REAL is two registers in the order that the row or `order` says: use libmodbus's unnamed pair with `low first`; see [Modbus](hmi.md#modbus)
+# product: A REAL is two registers in the order of the row or of `order`: use libmodbus's unnamed pair with `low first`; see [Modbus](hmi.md#modbus)
 # output:
 #   set_float_abcd(123456.0): f147 0020 reads back as another number
 #   set_float_dcba(123456.0): 2000 47f1 reads back as another number

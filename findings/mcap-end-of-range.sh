@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: the end of a time range is excluded by the MCAP readers of Python and included by @mcap/core
 # date: 2026-11-29
-# meets: who cuts a recording by time in Python and in a browser
+# meets: anyone who cuts a recording by time in Python and in a browser
 # expected: excluded everywhere: the readers come from one project
 # behavior:
 #   Of messages at 10, 20, 30 and 40 the range 10 to 30 has two in mcap (end_time, deprecated) and small-mcap, and three

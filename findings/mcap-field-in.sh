@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: three ROS 2 readers give a field named `in` three ways, and one of them reads no message that has it
+# what: three ROS 2 readers return a field named `in` in three different ways, and one of them reads no message that has it
 # date: 2026-11-29
-# meets: who reads a recording whose message has a field that is a keyword of Python
+# meets: anyone who reads a recording whose message has a field that is a keyword of Python
 # expected: all read it, as an attribute that takes getattr
 # behavior:
 #   A field of a ROS 2 message may have the name in. mcap-ros2-support gives an attribute that only getattr reaches;

@@ -7,7 +7,7 @@
 #   The callback gets false, which stands for no bad item, each time. A text that is no number and NaN become 0 in an INT and
 #   NaN in a REAL. An array that is shorter than the item is filled up with 0, and a number in place of an array writes 0
 #   everywhere, so even the number is lost. A fraction is cut off.
-# product: Does not serve S7; the protocols that it serves: [HMI](hmi.md)
+# product: Does not serve S7; see the protocols that it serves: [HMI](hmi.md)
 # output:
 #   INT: 70000 throws RangeError
 #   INT: "fast" reads 0, bad false

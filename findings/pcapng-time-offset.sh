@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: python-pcapng leaves out an interface's time offset (if_tsoffset), so its packets are of 1970
+# what: python-pcapng ignores an interface's time offset (if_tsoffset), so its packets are dated 1970
 # date: 2026-11-30
-# meets: who reads pcapng of a logger that stores short times and their base once
+# meets: anyone who reads pcapng of a logger that stores short times and their base once
 # expected: 1790000005.25, the sum of the offset and the packet's own time
 # behavior:
 #   The block offers the option as it stands in the file; the packet's timestamp is its own part alone.

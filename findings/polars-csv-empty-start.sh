@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: polars reads a column of numbers as text, without a word, where its first hundred rows are empty
+# what: polars silently reads a column of numbers as text if its first hundred rows are empty
 # date: 2026-11-29
-# meets: who reads a table of scans whose tag has no value at first
+# meets: anyone who reads a table of scans whose tag has no value at first
 # expected: numbers, or an error, as for a column that begins with whole numbers and continues with fractions
 # behavior:
 #   read_csv infers types from infer_schema_length rows, 100. A column that is empty in all of them becomes String, and

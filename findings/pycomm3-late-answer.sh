@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# what: pycomm3 takes the late answer to one read for the answer to the next, so each later tag has the value of the one before it
+# what: pycomm3 accepts the late answer to one read as the answer to the next, so each later tag has the value of the one before it
 # date: 2026-11-30
-# meets: programs that catch a CommError of a slow controller and keep polling
+# meets: programs that catch a CommError of a slow controller and continue polling
 # expected: every tag its own value, or an error, since a request has a sequence count that its answer repeats
 # behavior:
 #   The answer to the first read comes after the timeout of 0.5 s. pycomm3 raises CommError, keeps the connection open and
 #   never compares the sequence count. The late answer waits in the socket, and each later read returns the value of the
 #   tag before it, without an error. pylogix opens a new connection and reads the right values. ciplink, a fork of
 #   pycomm3, raises CommError for each later read. Other answers take 0.1 s, as through a gateway.
-# product: After a CommError of pycomm3 close the driver and open it again: [what surprises](hmi-clients.md#surprising-client-behavior)
+# product: After a CommError of pycomm3, close the driver and reopen it: [what surprises](hmi-clients.md#surprising-client-behavior)
 # output:
 #   pylogix: A Connection failure
 #   pylogix: B 2, no error

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: pycomm3 takes a partial answer to Read Tag for an error, so it reads no long array of a server with short answers
+# what: pycomm3 treats a partial answer to Read Tag as an error, so it can't read a long array from a server with short answers
 # date: 2026-11-30
-# meets: who reads arrays with pycomm3 from a server that is not Rockwell's, or through one
+# meets: anyone who reads arrays with pycomm3 from a server that is not Rockwell's, or through one
 # expected: 240 values, since status 06h says that more data follows and pylogix and the service's fragmented form fetch it
 # behavior:
 #   On a connection of 4,000 bytes pycomm3 asks for 480 bytes in one Read Tag. The server sends 478 of them with status 06h;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pylogix sends 21 requests for its first list of 20 tags and one for the next
 # date: 2026-11-29
-# meets: who connects for each poll, or compares the load of clients
+# meets: anyone who connects for each poll, or compares the load of clients
 # expected: one or two requests, each time: a list is packed into Multiple Service Packets
 # behavior:
 #   Before a tag's first read pylogix reads it alone to learn its type, one request for a tag, and then packs the list into

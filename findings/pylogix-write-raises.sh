@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: pylogix raises struct.error for 1.7 into a DINT, where its other failures are a Status
+# what: pylogix raises struct.error for a write of 1.7 to a DINT, although it returns other failures as a Status
 # date: 2026-11-29
-# meets: who writes set points from an HMI and checks Response.Status
+# meets: anyone who writes set points from an HMI and checks Response.Status
 # expected: a Response with a Status that says so, or 1
 # behavior:
 #   A tag that is missing gives a Response with a Status and no exception. A value with a fraction for a DINT raises

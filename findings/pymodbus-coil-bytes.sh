@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pymodbus 3.10.0 reverses the bytes of more than eight coils, in requests, answers and when it reads
 # date: 2026-11-29
-# meets: who pins that version between a client and a device of another make
+# meets: anyone who pins that version between a client and a device of another make
 # expected: the first eight coils in the first byte, as the Modbus specification says (6.1, 6.11)
 # behavior:
 #   Coils 0 to 3 of twelve are on. The specification's bytes are 0F 00. Version 3.10.0 writes 00 0F and reads 0F 00 as

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: pymodbus answers for a unit that it does not have, with exception 4, also with ignore_missing_devices=True
+# what: pymodbus answers for a unit that it does not have, with exception 4, even with ignore_missing_devices=True
 # date: 2026-11-29
-# meets: who tests how a master handles a missing unit, on a line with several
+# meets: anyone who tests how a master handles a missing unit, on a line with several
 # expected: exception 0Bh, and no answer with ignore_missing_devices=True, as the option's documentation says
 # behavior:
 #   A server with SimDevice(1) gets a request for unit 7. The lookup falls back to unit 0, which is missing, too; the

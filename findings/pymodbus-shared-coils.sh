@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pymodbus reads the coils of a shared register from bit `address modulo 16` on, against its own documentation
 # date: 2026-11-29
-# meets: who reads inputs as coils from a simulated device
+# meets: anyone who reads inputs as coils from a simulated device
 # expected: use_bit_addressing=False, so an address names a register, and its coils begin at bit 0
 # behavior:
 #   The comment in SimDevice says: with use_bit_addressing=False the register is addressed, single bits cannot be.

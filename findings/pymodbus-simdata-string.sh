@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pymodbus applies `count` of a STRING twice: count=3 makes nine copies of the text
 # date: 2026-11-29
-# meets: who simulates a device with text in registers
+# meets: anyone who simulates a device with text in registers
 # expected: two copies, as count=2 of INT32 makes two numbers
 # behavior:
 #   SimData(0, values="AB", count=3, datatype=STRING) takes nine registers, count=2 four; INT32 with count=3 takes six

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pymodbus prints errors to stderr in a program that configures no logging
 # date: 2026-11-29
-# meets: who calls a Modbus client in a command whose stderr is read
+# meets: anyone who calls a Modbus client in a command whose stderr is read
 # expected: a library with a NullHandler prints nothing
 # behavior:
 #   A refused connection is logged as an error by the logger pymodbus.logging. The NullHandler of the package sits on

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pyplcopen's move_velocity is at full speed in its first cycle and reverses in one, whatever acceleration and jerk say
 # date: 2026-11-30
-# meets: who tests a jogging axis or a stepper's start speed in that simulation
+# meets: anyone who tests a jogging axis or a stepper's start speed in that simulation
 # expected: changes of at most 0.01 per cycle, 50 cycles or more to 0.5, as move_absolute and halt make them
 # behavior:
 #   The speed steps from 0 to 0.5 and from 0.5 to -0.5 between two cycles, the command acceleration is 0 all the time, and

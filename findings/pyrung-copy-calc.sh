@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pyrung's copy clamps 70000 to 32767 where its calc wraps it to 4464
 # date: 2026-11-29
-# meets: who moves a program from Logix, where MOV and CPT treat one value alike
+# meets: anyone who moves a program from Logix, where MOV and CPT treat one value alike
 # expected: one way for both, and a fault flag for a value that does not fit
 # behavior:
 #   One DINT into an INT: copy stores the nearest number of the destination, calc stores the low sixteen bits. The flag

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pyrung's count_up, called CTU in its documentation, counts scans and not edges, and beyond its preset
 # date: 2026-11-29
-# meets: who counts parts with a CTU that came from Logix or IEC 61131-3
+# meets: anyone who counts parts with a CTU that came from Logix or IEC 61131-3
 # expected: one count for each rising edge of the rung
 # behavior:
 #   A sensor that is on for four scans and on again for two counts six with count_up alone and two with rise before it.

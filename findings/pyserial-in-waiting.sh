@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# what: pyserial's in_waiting is 1 for eight received bytes where the port is a socket:// of a serial device server
+# what: pyserial's in_waiting is 1 for eight received bytes if the port is a socket:// of a serial device server
 # date: 2026-11-30
 # meets: programs with read(in_waiting) whose controller moves from a COM port to a serial device server
 # expected: 8, "the number of bytes currently in the input buffer"
 # behavior:
 #   With socket:// the property is the number of readable sockets, 0 or 1. read(in_waiting) returns one byte of an
 #   answer, and a loop until in_waiting stands still ends after the first byte. loop:// of the same package says 8.
-# product: Its clients ask for a number of bytes and wait: [line clients](line-clients.md#from-python)
+# product: Its clients request a number of bytes and wait: [line clients](line-clients.md#from-python)
 # output:
 #   loop://: in_waiting 8, read(in_waiting) 0103040001000200
 #   socket://: in_waiting 1, read(in_waiting) 01

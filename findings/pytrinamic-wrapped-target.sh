@@ -6,7 +6,7 @@
 # behavior:
 #   The value of a request is masked with FFFFFFFFh. A move to 4,294,967,396 arrives as 100, and one to -2,147,483,649
 #   as +2,147,483,647, so the motor turns the other way. The module confirms both.
-# product: A position out of range is a ValueError before anything is sent: [line clients](line-clients.md)
+# product: A position out of range raises ValueError before anything is sent: [line clients](line-clients.md)
 # output:
 #   move_to 100: the module receives 100
 #   move_to -100: the module receives -100

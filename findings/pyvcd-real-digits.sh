@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # what: pyvcd writes a real with sixteen digits, so 0.1 + 0.2 reads back as another number
 # date: 2026-11-29
-# meets: who compares an exported VCD file with the recording
+# meets: anyone who compares an exported VCD file with the recording
 # expected: seventeen digits or the shortest text that reads back as the same number
 # behavior:
 #   The writer formats reals with .16g. A double needs up to seventeen digits, so numbers that differ in the last bit

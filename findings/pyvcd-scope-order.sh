@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # what: pyvcd sorts scopes by their text, so slot10 comes before slot2 in every viewer
 # date: 2026-11-29
-# meets: who exports more than ten modules
+# meets: anyone who exports more than ten modules
 # expected: scopes in the order of registration
 # behavior:
 #   Scopes are written in the order of their names as text, whatever the order of registration. Variables inside
 #   a scope keep their order of registration.
-# product: Exported scopes come in this order, too: `slot10` is before `slot2`; see [export](query.md)
+# product: Exported scopes also come in this order: `slot10` is before `slot2`; see [export](query.md)
 # output:
 #   module rack
 #   module slot1

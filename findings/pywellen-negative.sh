@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # what: pywellen reads -1 of a VCD integer as 4294967295
 # date: 2026-11-29
-# meets: who reads a position from a VCD file with Python
+# meets: anyone who reads a position from a VCD file with Python
 # expected: the type integer of IEEE 1364 is signed, so -1
 # behavior:
 #   A variable of type integer with 32 bits, as a VCD writer makes it of -1. pywellen knows the type and gives the bits as
 #   an unsigned number.
-# product: A position is a 32-bit integer in the export: in pywellen subtract 2**32 from numbers of 2**31 and more; see [export](query.md#vcd-readers)
+# product: A position is a 32-bit integer in the export: in pywellen, subtract 2**32 from numbers of 2**31 and above; see [export](query.md#vcd-readers)
 # output:
 #   position Integer [0, 4294967295, 1]
 folder=$(mktemp -d)

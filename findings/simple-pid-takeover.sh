@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # what: simple-pid jumps when it takes over from manual operation: set_auto_mode(True, last_output=50) continues with 70.5
 # date: 2026-11-30
-# meets: who switches a heater or a valve from manual to automatic while it is away from the setpoint
+# meets: anyone who switches a heater or a valve from manual to automatic while it is away from the setpoint
 # expected: 50 or nearly so, since last_output is documented as the value that the controller should start from
 # behavior:
 #   last_output becomes the integral alone, and the proportional term comes on top of it: with Kp 2 and an error of 10
 #   the first output is 50 + 20 + the first step of the integral. At the setpoint there is no jump. Passing
 #   last_output - Kp * error starts where the operator stopped.
-# product: A PID that leaves manual operation continues from its output: [instructions](instructions.md#instructions)
+# product: A PID that leaves manual operation continues from its present output: [instructions](instructions.md#instructions)
 # output:
 #   manual 50, process at 100, setpoint 100: 50.0
 #   manual 50, process at 90, setpoint 100: 70.5

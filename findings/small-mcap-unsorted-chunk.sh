@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: small-mcap sorts the messages of a chunk by time in reverse, and not forward
+# what: small-mcap sorts the messages of a chunk by time only when it reads in reverse
 # date: 2026-11-29
-# meets: who merges recordings or logs several sources into one file
+# meets: anyone who merges recordings or logs several sources into one file
 # expected: by log time, as mcap does
 # behavior:
 #   The messages of one chunk have the times 10, 30, 20, 40. mcap sorts them by log time. small-mcap gives them as they

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # what: python-snap7's own server answers a read of one bit with its whole byte, and a write of one bit replaces the byte
 # date: 2026-11-30
-# meets: who tests an S7 client or HMI against that server before a PLC is there
+# meets: anyone who tests an S7 client or HMI against that server before a PLC is there
 # expected: 00 or 01 for a bit, and a write that leaves the other seven bits alone, as an S7 controller answers
 # behavior:
 #   The server divides the bit address by eight and then handles one byte. Each of the eight bits of 55h reads 55h, so
 #   that bits that are 0 look set. Writing 1 to bit 1 of 55h leaves 01h.
-# product: Does not serve S7; the protocols that it serves: [HMI](hmi.md)
+# product: Does not serve S7; see the protocols that it serves: [HMI](hmi.md)
 # output:
 #   bits 0 to 7 of 55h: 55 55 55 55 55 55 55 55
 #   bit 1 of 55h set: 01

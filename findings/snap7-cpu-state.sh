@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# what: python-snap7's get_cpu_state says RUN of a controller that the same client has stopped
+# what: python-snap7's get_cpu_state reports RUN for a controller that the same client has stopped
 # date: 2026-11-30
-# meets: who waits with this client until an S7 controller has stopped or started
+# meets: anyone who waits with this client until an S7 controller has stopped or started
 # expected: STOP after plc_stop, RUN after plc_hot_start
 # behavior:
 #   The server's own cpu_state follows the requests. The client sends a read request without an address in place of the
 #   request for the system status, and returns RUN whatever the answer is.
-# product: Does not serve S7; the protocols that it serves: [HMI](hmi.md)
+# product: Does not serve S7; see the protocols that it serves: [HMI](hmi.md)
 # output:
 #   started: the server is in RUN, the client says S7CpuStatusRun
 #   plc_stop: the server is in STOP, the client says S7CpuStatusRun

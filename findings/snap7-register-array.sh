@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # what: python-snap7 3 shares a registered bytearray with its server, but silently copies a registered ctypes array
 # date: 2026-11-30
-# meets: who runs a server script from snap7 1 or 2, whose examples register ctypes arrays
+# meets: anyone who runs a server script from snap7 1 or 2, whose examples register ctypes arrays
 # expected: one memory in both cases, since register_area takes both and returns 0 for both
 # behavior:
 #   A client's write reaches the bytearray. The array keeps its old value, and what the script writes to the array is
 #   never read by a client.
-# product: Does not serve S7; the protocols that it serves: [HMI](hmi.md)
+# product: Does not serve S7; see the protocols that it serves: [HMI](hmi.md)
 # output:
 #   bytearray: a client writes 22h, the script reads 22h; the script writes 33h, a client reads 33h
 #   c_ubyte_Array_1: a client writes 22h, the script reads 11h; the script writes 33h, a client reads 22h

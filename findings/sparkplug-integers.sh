@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # what: Sparkplug integers lose their sign or their value between pysparkplug and sparkplug-payload
 # date: 2026-11-29
-# meets: who sends tags of a PLC over MQTT from Python to Node-RED, or back
+# meets: anyone who sends tags of a PLC over MQTT from Python to Node-RED, or back
 # expected: integers of every type survive both ways: both use the protobuf of the Sparkplug specification
 # behavior:
 #   Python to Node: Int8 -1 arrives as 255 and Int16 -2 as 65534; UInt32 4294967295 arrives as null, since pysparkplug puts
 #   it into the field for 64 bits that the reader does not look at for that type. Node to Python: Int8 -1 is sent with
 #   32 bits, and pysparkplug raises OverflowError for the whole message.
-# product: Publishes no Sparkplug, and says what a bridge keeps: [what surprises](hmi-clients.md#surprising-client-behavior)
+# product: Publishes no Sparkplug; see what a bridge keeps: [what surprises](hmi-clients.md#surprising-client-behavior)
 # output:
 #   Python to Python: INT8 -1
 #   Python to Python: INT16 -2

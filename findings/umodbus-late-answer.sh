@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# what: uModbus's client takes the answer to an earlier request for the answer to this one, so values belong to other registers
+# what: uModbus's client accepts the answer to an earlier request as the answer to this one, so values belong to other registers
 # date: 2026-11-30
 # meets: pollers that catch a timeout of a slow device and continue with the same socket
 # expected: every register its own value, or an error, since each request has a transaction identifier that its answer repeats

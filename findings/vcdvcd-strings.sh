@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# what: vcdvcd lists a string variable of a VCD file and gives it no values
+# what: vcdvcd lists a string variable of a VCD file but returns no values for it
 # date: 2026-11-29
-# meets: who reads states or step names of a VCD recording with Python
+# meets: anyone who reads states or step names of a VCD recording with Python
 # expected: values of string variables are strings, as GTKWave shows them
 # behavior:
 #   pyvcd writes a variable of type string and its changes as s values. vcdvcd names the signal among its signals and
 #   has no change for it, without an error. Bits and reals of the same file are there.
-# product: Codes are string variables, which GTKWave shows; what other readers make of them: [export](query.md#vcd-readers)
+# product: Codes are string variables, which GTKWave shows; other readers differ: [export](query.md#vcd-readers)
 # output:
 #   rack.lamp [(0, '0'), (1, '1')]
 #   rack.step []

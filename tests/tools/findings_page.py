@@ -29,9 +29,9 @@ LINK = re.compile(r"\]\(([a-z0-9/-]+\.md)(?:#[a-z0-9-]+)?\)")
 HEAD = """\
 # Findings
 
-What libraries, tools and formats around scanrack do that an expert would not guess. Each row was run on valid
-input without scanrack; its script in `findings/` installs the named versions, runs them and fails if the
-behavior has changed. `findings/run NAME` runs one. Each row says what scanrack does about it.
+This page lists behavior of other libraries, tools and formats that surprises even experts. Each row was run
+on valid input without scanrack. Its script in `findings/` installs the named versions, runs them and fails if
+the behavior has changed. `findings/run NAME` runs one script. The last column says what scanrack does.
 """
 
 
