@@ -32,7 +32,7 @@ class Blinker:
         self._now_ns = 0
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Go on to an instant with these outputs; return the inputs of that instant."""
+        """Continue to an instant with these outputs; return the inputs of that instant."""
         if not outputs.bit(0, 0):
             self._on_since_ns = None
         elif self._on_since_ns is None:

@@ -1,4 +1,4 @@
-"""Logic of the three-station line: configure the 3601, then go on at every pulse.
+"""Logic of the three-station line: configure the 3601, then continue at every pulse.
 
 Acceleration 1000 steps/s/s, starting speed 500 and maximum speed 5000 steps/s,
 as in the tutorial. `logic` is called once per scan; what it has to remember

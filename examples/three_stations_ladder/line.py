@@ -1,4 +1,4 @@
-"""The three-station line as rungs: configure the 3601, then go on at every pulse.
+"""The three-station line as rungs: configure the 3601, then continue at every pulse.
 
 The same line as examples/three_stations, and the same images in every scan.
 """

@@ -34,7 +34,7 @@ Values = Mapping[str, Any]
 """Values of variables in a scan, by name."""
 
 Broken = Callable[[Engine, "dict[str, Any]"], bool]
-"""Returns whether a scan broke the property, given the engine after it and the variables before it."""
+"""Returns whether a scan broke the property, given the engine after the scan and the variables before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +166,7 @@ def is_turned(values: Values) -> bool:
 
 
 def is_again(values: Values) -> bool:
-    """Return whether the run ends after a scan and the next run begins with its tags."""
+    """Return whether the run ends after a scan and the next run starts with the same tags."""
     return bool(values.get(RETAINED, False))
 
 
@@ -181,7 +181,7 @@ MOST_OFF_MS = 3_600_000
 
 
 def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> ReplayedRun:
-    """Run a scenario; return whether its last scan breaks the property, and what the program computed."""
+    """Run a scenario; return whether its last scan breaks the property, and the computed values."""
     run, result = Run(problem), ReplayedRun()
     before: dict[str, Any] = {}
     # states that are no places of the program, such as the values before the previous scan
@@ -213,14 +213,14 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
 
 
 def _learn_fault(problem: ProgramSystem, fault: LadderFault, number: int, result: ReplayedRun) -> None:
-    """Note the instruction without a model that faulted in a scan."""
+    """Store the instruction without a model that faulted in a scan."""
     names = [name for name, site in problem.machine.may_fault.items() if site == fault.site]
     if len(names) == 1:
         result.computed[number, names[0]] = True
 
 
 def _learn_written(problem: ProgramSystem, run: Run, number: int, result: ReplayedRun) -> None:
-    """Note values that the processor itself wrote, such as its clocks in a status file."""
+    """Store values that the processor itself wrote, such as its clocks in a status file."""
     for name, key in problem.key_of.items():
         variable = problem.machine.vars[key]
         if problem.is_written_beside(key[0]) and problem.machine.state[key] is variable:
@@ -241,7 +241,7 @@ def _learn(
 
 
 def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> dict[str, Any]:
-    """Return the values of unmodeled variables that some place shows after a scan, by name."""
+    """Return the values of unmodeled variables that are visible in a place after a scan, by name."""
     keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
     keys.sort()
     roots = [problem.machine.state[key] for key in keys]
@@ -262,7 +262,7 @@ def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> d
 def _differences(
     problem: ProgramSystem, run: Run, before: Values, unknown: Collection[str]
 ) -> tuple[Key, ...]:
-    """Return the places where the program left a value different from what the relation computes.
+    """Return the places whose values after the scan differ between the program and the relation.
 
     Args:
         unknown: variables with unknown values; places that depend on them are skipped.
@@ -289,7 +289,7 @@ def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
 
 
 def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> int | None:
-    """Return the first scan, from 0, after which a bit is true; None if there is none before a fault."""
+    """Return the first scan, from 0, after which a bit is true; None if no such scan precedes a fault."""
     run = Run(problem)
     with suppress(LadderFault):
         for number, values in enumerate(scans):
@@ -324,7 +324,7 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
 
 
 def _bits_of(system: System, scans: Sequence[Values]) -> list[dict[Key, int]]:
-    """Return, for each scan, numbers with bits written from outside before it, and their new values."""
+    """For each scan, return the numbers with bits written from outside before it, and their new values."""
     bits: list[dict[Key, int]] = []
     if isinstance(system, ProgramSystem) and system.open:
         run = Run(system)

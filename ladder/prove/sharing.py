@@ -1,4 +1,4 @@
-"""Finds equal unknown values of two programs, and relates the others.
+"""Finds unknown values that are equal in two programs, and relates the others.
 
 Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
 terms as arguments in both programs, the programs share one value. For any other pair of values of one
@@ -28,7 +28,7 @@ InNew = Callable[[T], T]
 
 
 def own(v: T) -> T:
-    """Return a variable of the new program that stands in for a variable that can't be shared."""
+    """Return the new program's own variable for a variable that can't be shared."""
     return var(NEW + v.val, v.kind, v.lo, v.hi)
 
 
@@ -53,9 +53,9 @@ class SharedUnknowns:
         """Choose a variable for each unknown value of the new program; fill the attributes.
 
         Args:
-            own_of: receives the variables, by their names in the new program.
+            own_of: filled with the variables, by their names in the new program.
             in_new: replaces the variables of a term according to `own_of`.
-            unshared: names of variables of strict functions that are not shared.
+            unshared: names of unshared variables of strict functions.
         """
         self.known, self.facts, self.shared = {}, [], set()
         by_function: dict[Hashable, list[tuple[T, UnknownOrigin]]] = defaultdict(list)
@@ -93,7 +93,7 @@ class SharedUnknowns:
 
 
 def _in_order(problem: ProgramSystem) -> list[tuple[T, UnknownOrigin]]:
-    """Return the unknown values of a program, each one after the values that its arguments depend on."""
+    """Return the unknown values of a program; each value comes after those its arguments depend on."""
     return sorted(problem.machine.origins.items(), key=lambda each: int(each[0].val[1:]))
 
 

@@ -1,7 +1,7 @@
-"""Reduces a run to the inputs that break a claim, without the solver's arbitrary choices.
+"""Reduces a run to the inputs that break a property, without the solver's arbitrary choices.
 
-First, whole values are dropped, each one in all scans; then single bits of module words are cleared. The
-program runs again after each step. If the run no longer breaks the claim, the step is undone.
+First, each value is dropped in all scans at once. Then single bits of module words are cleared. The
+program runs again after each step. If the run no longer breaks the property, the step is undone.
 """
 
 from __future__ import annotations

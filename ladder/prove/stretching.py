@@ -18,7 +18,7 @@ STRETCHED_MS = 1000
 
 
 def stretched(problem: ProgramSystem) -> ProgramSystem:
-    """Return the same problem with scans of up to a second; a fixed scan time may have any multiple."""
+    """Return the same problem with scans of up to a second; a fixed scan time may become any multiple."""
     (low, high), tick_ns = problem.bounds.ticks, problem.bounds.tick_ns
     step = low if low == high else 1
     most = max(high, STRETCHED_MS * MS // tick_ns // step * step)

@@ -36,7 +36,7 @@ class Observer:
         """Act before a line of a function, or before a step of a list of steps, which has no frame.
 
         Args:
-            file: the file's name without its folder, since a copy of a program is in another folder.
+            file: the file's name without its folder, because a copy of a program is in another folder.
         """
 
 
@@ -169,7 +169,7 @@ class _Marks:
         return marked
 
     def _mark_blocks(self, node: Any, loop: ast.stmt | None) -> None:
-        """Mark the blocks of a statement; a loop's head again after each pass, and each clause's head."""
+        """Mark the blocks of a statement, a loop's head again after each pass, and each clause's head."""
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             self.enter(node)
             return
@@ -183,13 +183,13 @@ class _Marks:
             clause.body = [self._mark(head), *self._block(clause.body, head, loop)]
 
     def _mark(self, node: Any) -> ast.stmt:
-        """Return a statement that reports a node's line if that line is watched; note the line."""
+        """Return a statement that reports a node's line if that line is watched; record the line."""
         self.lines.add(node.lineno)
         return located(f"if {LINES} and {node.lineno} in {LINES}: {LINES}({node.lineno})", node)
 
 
 def _runs_nothing(node: ast.stmt) -> bool:
-    """Return whether a statement does nothing that a reader could stop at."""
+    """Return whether a statement does nothing at which a debugger could stop."""
     constant = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)  # such as a docstring
     return constant or isinstance(node, ast.Global | ast.Nonlocal)
 

@@ -4,7 +4,7 @@ An edit happens between two scans. As in a controller, the edited program is not
 the next scan.
 
 A file of retained tags is JSON: the program's name, and each tag's type and its value in the form of `Tags`.
-Reading it executes nothing.
+Reading the file executes no code.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Edit:
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
-    """Continue in a fresh engine from the state of another engine, which stays unchanged."""
+    """Continue in a fresh engine from the state of another engine, which does not change."""
     edit, old_layout = planned(old, new.lowered), old.lowered.layout
     kept = _kept_leaves(old_layout, new.lowered.layout)
     for leaf in kept:
@@ -111,7 +111,7 @@ def _kept_leaves(old: Layout, new: Layout) -> list[Leaf]:
 
 
 def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterator[str]:
-    """Yield the kept values that differ from the new program text, such as `Fill.PRE 1000, not 2000`."""
+    """Yield the kept values that differ from the new program text, as in `Fill.PRE 1000, not 2000`."""
     kept_paths = {leaf.path.upper() for leaf in kept}
     for (path, index), value in new.presets.items():
         if path.upper() not in kept_paths or old.lowered.presets.get((path, index), value) == value:
@@ -228,7 +228,7 @@ def _shortages(name: str, stored: Any, present: Any) -> Iterator[str]:
 
 
 def _stored(text: str) -> dict[str, list[Any]]:
-    """Return the type and the value of each tag in a file; raise a LadderError for another text."""
+    """Return the type and the value of each tag in a file; raise a LadderError for any other text."""
     try:
         data = json_value(text, TextKind.RETAINED)
     except ValueError as error:

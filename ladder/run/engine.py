@@ -119,7 +119,7 @@ class Engine:
         self.interpreter.prescan()
 
     def _scan_at(self, now_ns: int, first: bool) -> None:  # positional: keywords cost 1 % of a scan
-        """Do one scan; endless recursion is a fault, and an interruption gets a note where it happened."""
+        """Do one scan; endless recursion is a fault, and an interruption gets a note with its position."""
         self.now_ns = now_ns
         self.fault_log.new_scan(now_ns)
         try:
@@ -150,7 +150,7 @@ class Engine:
             close(self)
 
     def _first_logic(self, now_ns: int) -> None:
-        """Run the first scan, after prescan unless the program resumes; S:FS is on unless it resumes."""
+        """Run the first scan with S:FS on, after prescan; a program that resumes skips both."""
         is_start, self._started = not self._started, True
         if is_start and self.lowered.outputs:
             self._put_outputs()

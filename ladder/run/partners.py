@@ -76,7 +76,7 @@ def set_tag(tags: Tags, tag: str, value: Any) -> None:
 def connect(
     lowered: LoweredProgram, stubs: Mapping[str, Stub], remotes: Mapping[str, Remote]
 ) -> Iterator[Problem]:
-    """Connect consumed tags and replies before the memory exists; yield problems of their stubs."""
+    """Connect consumed tags and replies before the memory exists; yield problems with their stubs."""
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
     for name, stub in stubs.items():
         try:
@@ -93,7 +93,7 @@ def connect(
 
 
 def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, remote: Remote) -> Connection:
-    """Return the connection of a consumed tag; its status is the first member of the type for it."""
+    """Return the connection of a consumed tag; its status is the first member of type `STATUS`."""
     resolved = tags.where(name)
     rpi_ns = stub.rpi_ns or remote.rpi_ns or RPI_NS
     kind = resolved.type if isinstance(resolved, Group) and not resolved.dims else None

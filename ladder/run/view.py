@@ -108,7 +108,7 @@ class Tags:
         return flat
 
     def _dims(self, group: Group) -> tuple[int, ...]:
-        """Return the dimensions of a group's first leaf, which begin with those of the group."""
+        """Return the dimensions of a group's first leaf; they begin with the group's dimensions."""
         prefix = group.path.upper()
         leaves = self._lowered.layout.leaves
         return next(

@@ -1,4 +1,4 @@
-"""Finds the position in a program from a traceback, since the watchdog and Ctrl-C stop it at any point."""
+"""Finds the position in a program from a traceback, because a watchdog or Ctrl-C can stop it anywhere."""
 
 from __future__ import annotations
 

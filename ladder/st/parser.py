@@ -100,7 +100,7 @@ class _Comment:
 class _Reader:
     """Reads one text and converts its nodes to statements.
 
-    The method for each kind of node gets the children that the method of `Syntax` for this kind returns.
+    Each kind of node has a method that receives the children from the corresponding method of `Syntax`.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class _Reader:
         return re.sub(r"[^\n]", " ", match.group())
 
     def block(self) -> Block:
-        """Read the whole text; raise a RungTextError for an error or for nesting that is too deep."""
+        """Read the whole text; raise a RungTextError for an error or for too many nesting levels."""
         try:
             block = self._block(Body(Syntax(self._text).all_statements(), len(self._text)))
         except MisplacedError as error:
@@ -144,7 +144,7 @@ class _Reader:
         return (*statements, Empty(comment=comment)) if comment else statements
 
     def _statement(self, node: Node) -> Statement:
-        """Make a statement with its position and comments: those before it, and those at its end."""
+        """Create a statement with its position, and with the comments before it and at its end."""
         comment = self._comments_before(node.start)
         statement = _MAKERS[node.kind](self, node.children)
         trailing = self._comment_after(node.end)
@@ -159,7 +159,7 @@ class _Reader:
         return Assignment(target, self._checked(value, base), retentive=operator.type == "ASSIGN")
 
     def _invocation(self, children: Sequence[Any]) -> Statement:
-        """Make a statement of an instruction; fail for an unknown name or a wrong number of operands."""
+        """Create an instruction's statement; fail for an unknown name or a wrong number of operands."""
         name, *arguments = children
         spec = self._specs.get(name.upper())
         if spec is None:
@@ -173,7 +173,7 @@ class _Reader:
         return Invocation(Instruction(spec.name, tuple(operands)))
 
     def _argument(self, use: Use, operand: Operand, name: Mark) -> Operand:
-        """Return an operand as its use requires; a MODE gets its usual spelling."""
+        """Return an operand in the form that its use requires; a MODE gets its usual spelling."""
         if use is Use.MODE:
             mode = str(operand).upper()
             if mode not in BYTE_ORDER_OF:
@@ -253,7 +253,7 @@ class _Reader:
         return "\n".join(comments)
 
     def _fail(self, position: int, expected: str, actual: str | None = None) -> NoReturn:
-        """Raise a RungTextError at a position; the actual text is by default the word there."""
+        """Raise a RungTextError at a position; by default, the actual text is the word there."""
         text_before = self._full_text[:position]
         column = position - (text_before.rfind("\n") + 1) + 1
         line = self._lines[text_before.count("\n")]

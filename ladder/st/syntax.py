@@ -1,7 +1,7 @@
 """Recursive descent over structured text without comments, see `grammar`.
 
 Statements become trees of marks, operands and other trees; expressions become operands at once. The parser
-notes each test of the next terminal, so that a message can list all terminals that are allowed there.
+records each test of the next terminal, so that a message can list all terminals that are allowed there.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class MisplacedError(Exception):
 
 
 def marks_of(text: str) -> list[Mark]:
-    """Return the terminals of a text; the last is its end, or for invalid text a mark without a type."""
+    """Return the terminals of a text; the last is the end, or a mark without a type for invalid text."""
     marks: list[Mark] = []
     position = 0
     while position < len(text):
@@ -127,7 +127,7 @@ class Syntax:
     # --- marks
 
     def _next(self, *kinds: str) -> bool:
-        """Note that terminals were tried; return whether one of them is next."""
+        """Record that terminals were tried; return whether one of them is next."""
         self._tried.update(kinds)
         return self._marks[self._index].type in kinds
 
@@ -211,7 +211,7 @@ class Syntax:
         return arguments
 
     def _if(self, mark: Mark) -> tuple[str, list[Any]]:
-        """Read an IF after its first keyword; each IF or ELSIF is an arm, and ELSE is None without one."""
+        """Read an IF after its first keyword; each IF or ELSIF is an arm, and a missing ELSE is None."""
         arms: list[Conditional] = []
         while mark.type in ("IF", "ELSIF"):
             self._begin = mark.start
@@ -224,7 +224,7 @@ class Syntax:
         return "if", self._ended(arms, otherwise)
 
     def _case(self, mark: Mark) -> tuple[str, list[Any]]:
-        """Read a CASE after its keyword; ELSE is None without one."""
+        """Read a CASE after its keyword; a missing ELSE is None."""
         selector = self._expression()
         self._expect("OF")
         choices: list[LabeledBody] = []
@@ -337,7 +337,7 @@ class Syntax:
         return operand
 
     def _function(self, mark: Mark) -> Operand:
-        """Read the one argument of a function, after the opening parenthesis."""
+        """Read the only argument of a function, after the opening parenthesis."""
         operand = self._inner()
         self._expect("RPAR")
         name = FUNCTION_NAMES.get(mark.upper())
@@ -386,7 +386,7 @@ def _negative(positive: Number) -> Number:
 
 
 def _characters(mark: Mark) -> Characters:
-    """Return the characters of a string literal; raise a MisplacedError for a wrong escape."""
+    """Return the characters of a string literal; raise a MisplacedError for an invalid escape."""
     try:
         return Characters(unquoted(mark[1:-1]))
     except ValueError as error:

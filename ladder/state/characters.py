@@ -73,7 +73,7 @@ def size(text: bytes) -> int:
 
 
 def concat(_faults: FaultLog, _site: int, a: bytes, b: bytes) -> bytes:
-    """Return two strings, one after the other."""
+    """Return the concatenation of two strings."""
     return a + b
 
 
@@ -184,7 +184,7 @@ def stor(faults: FaultLog, site: int, text: bytes, kind: Elementary, name: str) 
 def _number(
     faults: FaultLog, site: int, pattern: re.Pattern[bytes], text: bytes, kind: Elementary, name: str
 ) -> int | float | None:
-    """Return the first number in a text, 0 without one, None for b""; record a fault if it does not fit."""
+    """Return the first number in a text, 0 if none, None for b""; record a fault if it does not fit."""
     if not text:
         return None
     match = pattern.search(text)

@@ -202,7 +202,7 @@ class Loop:
 
     @property
     def site(self) -> int:
-        """Number of the instruction that a fault for an endless loop names."""
+        """Number of the instruction that an endless-loop fault reports."""
         return steps_of(self.condition.nodes)[0].site
 
 

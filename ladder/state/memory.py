@@ -1,6 +1,6 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
-A cell is a cell of a Python closure. The compiled program uses it as a variable; others use `cell_contents`.
+A cell is a cell of a Python closure. The compiled program uses it as a variable; readers use `cell_contents`.
 An array is a list that is never replaced. An image consists of the rack's own words. A tag in bytes is a
 `TagBytes`.
 """
@@ -31,7 +31,7 @@ from .values import checked
 Value = bool | int | float
 
 Passed = Value | bytes
-"""A parameter of a routine; a structure or an array as its bytes."""
+"""A parameter of a routine; a structure or an array is passed as bytes."""
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -46,7 +46,7 @@ class _InputCopy:
 
 
 class Memory:
-    """Values of all leaves of a layout; tags have initial values, and `defaults` has those of structures."""
+    """Values of all leaves of a layout, initially the tags' values and the `defaults` of structures."""
 
     def __init__(
         self,
@@ -151,7 +151,7 @@ class Memory:
         return has_value
 
     def _blank(self, leaf: Leaf) -> Any:
-        """Return what holds a leaf at first: an image's words, a list of zeros, or one zero."""
+        """Return the initial storage of a leaf: an image's words, a list of zeros, or one zero."""
         if leaf.is_image:
             self._own_images[leaf] = Image(size=leaf.size)
             return self._own_images[leaf].words
@@ -328,7 +328,7 @@ class Memory:
         }
 
     def _dump_member(self, path: str, kind: Structure, member: Member, index: int) -> Any:
-        """Return a member in readable form; a member with `at` is a part of another one."""
+        """Return a member in readable form; a member with `at` is a part of another member."""
         if not member.at:
             return self.dump(f"{path}.{member.name}", member.type, member.dims, index)
         target = alias_target(path, kind, member, index)
@@ -336,7 +336,7 @@ class Memory:
         return value if target.bit is None else bool(value >> target.bit & 1)
 
     def _load_member(self, path: str, kind: Structure, member: Member, index: int, value: Any) -> None:
-        """Set a member in the form of `dump`; a member with `at` is a part of another one."""
+        """Set a member in the form of `dump`; a member with `at` is a part of another member."""
         if not member.at:
             self.load(f"{path}.{member.name}", member.type, member.dims, index, value)
             return
@@ -350,7 +350,7 @@ class Memory:
         self.write(leaf, target.index, word | mask if on else word & ~mask)
 
     def load(self, path: str, kind: DataType, dims: tuple[int, ...], index: int, value: Any) -> None:
-        """Set a value in the form of `dump`; missing parts stay. Raise a ValueError if it does not fit."""
+        """Set a value in the form of `dump`; keep missing parts. Raise a ValueError if it does not fit."""
         if dims:
             self._load_array(path, kind, dims, index, value)
         elif isinstance(kind, Elementary):
@@ -368,7 +368,7 @@ class Memory:
             self.load(path, kind, dims[1:], index * dims[0] + number, item)
 
     def _load_structure(self, path: str, kind: Structure, index: int, value: Any) -> None:
-        """Set the members that a dict names; raise a ValueError for an unknown member."""
+        """Set the members in a dict; raise a ValueError for an unknown member."""
         if not isinstance(value, Mapping):
             raise ValueError(f"{path}: {value!r} is not a dict of members of {kind.name}")
         for name, member_value in value.items():
@@ -431,10 +431,10 @@ class Store(Protocol):
         """Set a value of the leaf's type."""
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return the slice of every `step`th value of a leaf; None if they must be accessed singly."""
+        """Return the slice of every `step`th value of a leaf; None if they must be accessed one by one."""
 
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
-        """Return the place of a value in bytes; None if it is not in bytes or is accessed singly."""
+        """Return the place of a value in bytes; None if it is not in bytes or is accessed individually."""
 
 
 class CompiledAddOnStore:
@@ -490,7 +490,7 @@ class InterpretedAddOnStore:
     Attributes:
         path: path of the instance or the argument in the program.
         first: flat index in the path.
-        left: elements from there to the end of the array.
+        left: number of elements from `first` to the end of the array.
         bit: bit of an integer; None for whole values.
     """
 

@@ -12,7 +12,7 @@ from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_o
 
 @dataclass(frozen=True, slots=True)
 class AliasTarget:
-    """The part of a structure that a member with `at` is an alias of."""
+    """The part of a structure that is the target of a member with `at`."""
 
     path: str
     type: DataType
@@ -66,7 +66,7 @@ _DEEPEST = 64  # maximum steps in a member's `at`
 
 
 def _steps_of(member: Member) -> list[Step]:
-    """Return the steps from the structure to the part that a member's `at` names."""
+    """Return the steps from the structure to the part in a member's `at`."""
     address = parse_address(member.at)
     return [MemberStep(address.name), *address.steps]
 

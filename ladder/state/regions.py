@@ -67,7 +67,7 @@ class ArrayRegion:
 
 
 def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
-    """Return the region that starts at an operand; with `extent`, only with its first part."""
+    """Return the region that starts at an operand; with `extent`, only its first field."""
     assert isinstance(resolved, (Place, Group))
     own_dims = () if isinstance(resolved, Place) else resolved.dims
     kind: DataType = resolved.type
@@ -107,7 +107,7 @@ End = tuple[Store, ArrayRegion, int]
 
 
 def copy(source: End, target: End, length: int) -> None:
-    """Copy as many bytes as `length` elements of the target have, up to the end of either array."""
+    """Copy the bytes of `length` target elements, but stop at the end of either array."""
     source_store, source_region, source_first = source
     store, region, first = target
     count = min(length, region.left(first, store))
@@ -127,7 +127,7 @@ def copy(source: End, target: End, length: int) -> None:
 
 
 def fill(target: End, length: int, value: Value) -> None:
-    """Set elements, up to the end of the array; each member of a structure gets the value, converted."""
+    """Set elements, up to the end of the array; convert the value for each member of a structure."""
     store, region, first = target
     count = min(length, region.left(first, store))
     place = _bytes_of(store, region, first) if count > 0 else None
@@ -218,13 +218,13 @@ def _write_field(store: Store, part: FieldSlice, first: int, values: Sequence[Va
 
 
 def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | None:
-    """Return the slice of a field's values over several elements; None if they are accessed singly."""
+    """Return the slice of a field's values over several elements; None if accessed one by one."""
     begin = first * part.per_element + part.field.index
     return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
 
 
 def _pack(data: bytearray, size: int, field: Field, values: list[Value]) -> None:
-    """Pack the values of a field into the bytes of elements, which have this size."""
+    """Pack the values of a field into the bytes of elements of this size."""
     if field.bit is not None:
         for number, value in enumerate(values):
             if value:
@@ -258,7 +258,7 @@ def _unpack(data: bytes, size: int, field: Field, count: int) -> list[Value]:
 
 
 MOST_COPIED_SINGLY = 40
-"""Maximum number of values in a structure that is copied from variables to variables."""
+"""Maximum number of values in a structure that is copied variable by variable."""
 
 
 def copied_singly(operands: Sequence[object]) -> bool:

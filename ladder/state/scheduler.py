@@ -6,7 +6,7 @@ A scan of the rack runs each due task once, then the continuous task:
     periodic 4 ms   due  due  due due  due  due      -> runs once per scan, two overlaps each
     with preempt    runs at the end of the rung that is executing at 4 ms, 8 ms, ...
 
-The time of a scan is when it starts. For `preempt`, the rungs of the continuous task evenly share the time
+The time of a scan is its start time. For `preempt`, the rungs of the continuous task evenly share the time
 from one scan to the next: rung `n` of `m` ends after `n / m` of that time.
 """
 
@@ -49,7 +49,7 @@ class Scheduler:
         self.period_ns = 0  # rate of the running task; 0 if it is not periodic
 
     def begin(self, now_ns: int, *, started: bool = False) -> None:
-        """Initialize the state for a first scan; with `started`, S:FS is off in that scan."""
+        """Initialize the state for a first scan; if `started` is set, S:FS is off in that scan."""
         write = self._memory.write
         write(self._schedule.previous_scan, 0, -1)
         for program in self._schedule.programs:
@@ -114,7 +114,7 @@ class Scheduler:
         self._memory.write(scheduled.overlaps, 0, int(self._memory.read(scheduled.overlaps)) + count)
 
     def _run_task(self, scheduled: ScheduledTask, now_ns: int) -> None:
-        """Run the programs of a task; `period_ns` is its rate until then, even after a fault."""
+        """Run the programs of a task; set `period_ns` to its rate, and restore it even after a fault."""
         outer_period_ns, self.period_ns = self.period_ns, scheduled.task.rate_ns
         try:
             for program in scheduled.programs:

@@ -23,7 +23,7 @@ _LARGEST = 1 << 64
 
 
 def snapshot(memory: Memory) -> dict[str, Any]:
-    """Return all values of a memory, by identifier of the variable."""
+    """Return all values of a memory by variable identifier."""
     images = {leaf.ident for leaf in memory.layout.images}
     values: dict[str, Any] = {}
     for ident, cell in memory.cells.items():
@@ -100,7 +100,7 @@ class SavedValues:
 def _checked_column(column: list[Any], sample: Any) -> list[Any]:
     """Return the values of a variable in all texts; raise a ValueError if one has the wrong shape.
 
-    Numbers of all texts are checked together, which is faster.
+    The numbers of all texts are checked together, which is faster.
     """
     if isinstance(sample, list) and {*map(type, sample)} <= _NUMBERS:
         if {*map(type, column)} == {list} and {*map(len, column)} == {len(sample)}:

@@ -21,7 +21,7 @@ class TagBytes:
     Attributes:
         bits: all bytes; the BOOLs are bits in them.
         hidden: hidden members, see `stretches.fits_bytes`.
-        B: all bytes, for slices. The other attributes are casts of it, one for each value type.
+        B: all bytes, for slices. The other attributes are casts of `B`, one for each value type.
     """
 
     __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")

@@ -184,7 +184,7 @@ class TagImages:
         self._image(number).write(offset, data, keep)
 
     def _image(self, number: int) -> TagImage:
-        """Return the image of a tag by its number; raise a ValueError for a number without a tag."""
+        """Return the image of a tag by its number; raise a ValueError if no tag has this number."""
         image = self._images.get(number)
         if image is None:
             if number >= len(self._tags):

@@ -12,7 +12,7 @@
 | `page`, `page_style`, `rung_pictures` | the comparison as one HTML file |
 | `pairing` | pairs unchanged, moved and changed rungs and lines |
 
-A version need not run: parts that an import refuses are also compared.
+The versions need not be runnable. Parts that an import refuses are also compared.
 """
 
 from .comparison import Comparison, Difference

@@ -3,8 +3,8 @@
 1. Elements of the common beginning and of the common end are paired. 2. Keys that both sequences contain once
 are anchors. The longest chain of anchors that ascends in both
    sequences is kept, and the stretches between them are aligned in the same way.
-3. A short stretch without an anchor is aligned by `difflib`. A long one is aligned by occurrence: the first
-   occurrence of a key with the first, the second with the second.
+3. A short stretch without an anchor is aligned by `difflib`. A long stretch is aligned by occurrence: the
+   first occurrence of a key with the first one, and so on.
 
 Thousands of equal rungs have no anchor, and `difflib` would compare every pair of them.
 """
@@ -46,7 +46,7 @@ def aligned(old: Sequence[Hashable], new: Sequence[Hashable]) -> list[Pair]:
 
 
 def _pairs(old: Sequence[Hashable], new: Sequence[Hashable]) -> Iterator[Pair]:
-    """Yield pairs in no order: equal beginnings and ends, then anchors and what is between them."""
+    """Yield pairs in no particular order: equal beginnings and ends, anchors, and pairs between them."""
     todo = [(_Stretch(0, len(old), 0, len(new)), 0)]
     while todo:
         (i, old_end, k, new_end), depth = todo.pop()

@@ -7,7 +7,8 @@
 | moved | a rung or line at a different place in the order of execution |
 | renamed | an item with the same content, a tag with the same uses |
 
-The order of named items, dates, authors, blanks and places on a sheet are listed separately, since they do
+The order of named items, dates, authors, white space and positions on a sheet are listed separately, since
+they do
 not affect execution.
 """
 
@@ -209,7 +210,7 @@ class _Comparer:
         self._compare_items(old.items, new.items, path)
 
     def _compare_fields(self, old: Item, new: Item, owner: str) -> None:
-        """Report changed fields, or else changed details; and a data type's changed order of members."""
+        """Report changed fields, or else changed details, and a changed member order of a data type."""
         old_fields, new_fields = _changed_fields(old.fields, new.fields)
         if not old_fields and not new_fields:
             old_fields, new_fields = _changed_fields(old.details, new.details)
@@ -252,7 +253,7 @@ class _Comparer:
         (scope.removed if kind == REMOVED else scope.added).append(item)
 
     def _compare_orders(self, new: Sequence[Item | CommonPart], pairs: Mapping[int, int], path: str) -> None:
-        """Note each kind of item whose pairs are in a different order; report it if the order matters.
+        """Note each kind of item whose pairs are in a different order; report the kinds whose order matters.
 
         Args:
             pairs: old indexes by new index.
@@ -300,7 +301,7 @@ class _Comparer:
             yield from self._compare_pair(routine.path, pair)
 
     def _compare_pair(self, owner: str, pair: Pairing) -> Iterator[Difference]:
-        """Yield the differences of a pair of steps; note changes that are listed separately."""
+        """Yield the differences of a pair of steps; record changes that are listed separately."""
         old, new = pair.old, pair.new
         if old is None or new is None:
             yield _step_difference(REMOVED if new is None else ADDED, owner, old, new)
@@ -330,7 +331,7 @@ class _Comparer:
 def _with_same_parts(
     old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]
 ) -> tuple[list[Item | CommonPart], list[Item | CommonPart]]:
-    """Return both lists, with the common parts that the other list lacks replaced by their items."""
+    """Return both lists; common parts that the other list lacks are replaced by their items."""
     old_counts, new_counts = (
         Counter(part.content for part in parts if isinstance(part, CommonPart)) for parts in (old, new)
     )
@@ -339,7 +340,7 @@ def _with_same_parts(
 
 
 def _opened(parts: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
-    """Replace common parts by their items, except the first `counts` with each content."""
+    """Replace common parts by their items, except the first `counts` parts with each content."""
     opened: list[Item | CommonPart] = []
     for part in parts:
         if isinstance(part, Item):
@@ -467,7 +468,7 @@ def _name_of(step: Step) -> str:
 
 
 def _step_difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
-    """Return the difference of a step; a removed one has no new step, an added one no old step."""
+    """Return the difference of a step; a removed step has no new version, an added step no old one."""
     step = new or old
     assert step is not None
     has_new_number = kind == MOVED and old is not None and old.number != step.number

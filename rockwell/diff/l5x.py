@@ -1,4 +1,4 @@
-"""Reads an L5X as an outline, in which every attribute and every text is a field or a step of an item.
+"""Reads an L5X as an outline. Every attribute and every text becomes a field or a step of an item.
 
 An unknown element becomes a field labeled with its path, so no difference is missed.
 
@@ -133,7 +133,7 @@ class _L5xOutline:
         return int(element.sourceline or 0) + self._lines_before
 
     def _common_part(self, cut: Any) -> CommonPart:
-        """Return the common part that a placeholder stands for; the document has its content by number."""
+        """Return the common part for a placeholder, whose number identifies the content in the document."""
         content = self._document.cuts[int(cut.get("N"))]
         first_tag = content[1:60].split(None, 1)[0].decode().rstrip("/>")
         return CommonPart(KINDS[first_tag], content, self._line(cut), self._items_in)
@@ -163,7 +163,7 @@ class _L5xOutline:
     # --- fields
 
     def _add_children(self, element: Any, path: str, item: Item, counts: Counter[str]) -> None:
-        """Add the children of an element to an item, each with the path of the element in its label.
+        """Add the children of an element to an item; their labels contain the path of the element.
 
         Args:
             counts: how often each label occurs in the item.
@@ -222,10 +222,11 @@ class _L5xOutline:
         self._add_children(element, label, item, counts)
 
     def _add_values(self, element: Any, path: str, item: Item, *, repeated: bool) -> None:
-        """Add the values of a tag, decorated ones by member.
+        """Add the values of a tag; decorated values are added by member.
 
         Args:
-            repeated: whether the file also has them as decorated data, so that this form is only a detail.
+            repeated: whether the file also has the values as decorated data, so that this form is only a
+            detail.
         """
         form, prefix = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
         if form == "Decorated":
@@ -352,7 +353,7 @@ def _outside_of_sheets(content: Any) -> Iterator[Any]:
 
 
 def _names(sheet: Any) -> dict[str, str]:
-    """Return the operand or name of each element of a sheet by ID; without either, its tag and a number."""
+    """Return the operand or name of each element of a sheet by ID, or else its tag and a number."""
     names: dict[str, str] = {}
     counts: Counter[str] = Counter()
     for node in sheet.iter("*"):

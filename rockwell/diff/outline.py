@@ -87,7 +87,7 @@ class CommonPart:
 
 
 OWNERLESS = frozenset(("export", "controller"))
-"""Items that no path names: `Main, Start` is a tag of program Main, `Start` a tag of the controller."""
+"""Items that are not in paths: `Main, Start` is a tag of program Main, `Start` a controller tag."""
 
 
 def path_of(owner: str, item: Item) -> str:

@@ -1,6 +1,7 @@
 """Writes a comparison as one HTML file: both versions side by side, changed rungs drawn, differences marked.
 
-The page loads nothing and runs no script; its content policy allows only its own style sheet. Every text from
+The page loads no files and runs no scripts; its content policy allows only its own style sheet. Every text
+from
 the files is escaped, and characters without a glyph are shown as Python escapes.
 """
 
@@ -120,7 +121,7 @@ class _Page:
         return shown + (f"<p>… {hidden:,} more</p>" if hidden > 0 else "")
 
     def _rung_pair(self, old: Step, new: Step) -> tuple[str, str]:
-        """Return both versions of a rung, as text with marks, and as pictures until their limit."""
+        """Return both versions of a rung as text with marks, and as pictures up to the page's limit."""
         drawn = pictures(old, new) if self._pictures_left > 0 else None
         self._pictures_left -= 2
         old_text, new_text = _marked(old.text, new.text)
@@ -131,7 +132,7 @@ class _Page:
         )
 
     def _rung(self, step: Step) -> str:
-        """Return a step as text, and a rung also as a picture until their limit."""
+        """Return a step as text, and a rung also as a picture up to the page's limit."""
         drawn = picture(step) if step.noun == RUNG and self._pictures_left > 0 else ""
         if step.noun == RUNG:
             self._pictures_left -= 1
@@ -192,7 +193,7 @@ def _marked(old: str, new: str) -> tuple[str, str]:
 
 
 def _with_marks(text: str, tokens: Sequence[str], common: set[int], tag: str) -> str:
-    """Return a text with its tokens in elements `tag`, except the tokens that both texts have.
+    """Return a text; put the tokens that only this text has in elements `tag`.
 
     Args:
         common: the indexes of the tokens that both texts have.
@@ -209,7 +210,7 @@ def _with_marks(text: str, tokens: Sequence[str], common: set[int], tag: str) ->
 
 
 def _end_with_brackets(tokens: Sequence[str], common: set[int]) -> None:
-    """Shift marks that begin with a closing bracket, to mark `XIC(Guard)` and not `)XIC(Guard`.
+    """Shift marks that begin with a closing bracket, to mark `XIC(Guard)` instead of `)XIC(Guard`.
 
     In `XIC(A)XIC(Guard)`, the first bracket becomes common, and the last one is marked instead. This is
     possible if the same bracket follows the mark.

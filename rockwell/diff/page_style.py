@@ -1,4 +1,4 @@
-"""The style sheet of a comparison's page, light and dark, for phone screens and wider ones."""
+"""The style sheet of a comparison page, light and dark, for phones and wider screens."""
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --paper: #ffffff; --field: #f6f8fa;

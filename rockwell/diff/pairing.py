@@ -33,7 +33,7 @@ MOST_TOKENS = 200_000
 """Maximum number of tokens in a stretch; in a longer one, only corresponding rungs are compared."""
 
 SHORTEST = 8
-"""Minimum number of characters of a moved line, since lines like `END_IF;` are everywhere."""
+"""Minimum number of characters of a moved line, because lines like `END_IF;` are everywhere."""
 
 
 class Pairing(NamedTuple):
@@ -77,7 +77,7 @@ def without_renamed_ends(pairs: Sequence[Pairing]) -> list[Pairing]:
 
 
 def _has_renamed_end(pair: Pairing, names: Mapping[str, str]) -> bool:
-    """Return whether a connection differs only because elements have new names."""
+    """Return whether a connection differs only because elements were renamed."""
     if pair.old is None or pair.new is None or pair.old.key == pair.new.key or pair.old.name:
         return False
     key = _NAMED.sub(lambda match: f"ID={names.get(match[1], match[1])}", pair.old.key)
@@ -117,7 +117,7 @@ class _FreeSteps:
         return i, k
 
     def take_moved(self) -> Iterator[Pair]:
-        """Yield the pairs of moved steps; a moved line must be long, and unique in both versions."""
+        """Yield the pairs of moved steps; a moved line must be long enough and unique in both versions."""
         old_indexes: defaultdict[str, list[int]] = defaultdict(list)  # by key, the last one first
         for i in sorted(self.old, reverse=True):
             old_indexes[self._old_steps[i].key].append(i)

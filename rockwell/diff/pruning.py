@@ -3,9 +3,9 @@
     <Tag Name="A" ...> ... </Tag>     in both documents, byte for byte,
     <Tag Name="B" ...> ... </Tag>     and neighbors in both:                    <Cut N="5"/>
 
-Two versions are mostly the same, and comparing bytes takes a tenth of the time that parsing elements takes.
+Two versions are mostly the same, and comparing bytes is ten times as fast as parsing elements.
 Line numbers do not change: a cut keeps its newlines. Programs, controller tags and similar elements are
-compared first; in the ones that differ, their tags and routines are compared.
+compared first. Then the tags and routines of elements that differ are compared.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _INNER = rf"[^<]*+(?:(?:<(?![!?]|/?+\1[\s/>])|{_CDATA})[^<]*+)*+"
 _ELEMENT = re.compile(
     rf"{_CDATA}|<({_WHOLE})(?=[\s/>]){_ATTRIBUTES}(?:(?<=/)>|>{_INNER}</\1\s*+>)|(<[!?])".encode()
 )
-"""A CDATA section, a comment, or an element that may be replaced, without another of the same name in it."""
+"""A CDATA section, a comment, or a replaceable element that contains no element of the same name."""
 
 Joint = tuple[bytes, bytes, bytes]
 """Two neighboring elements and the bytes between them."""
@@ -58,7 +58,7 @@ class _Element(NamedTuple):
 
 
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
-    """Return two documents without their common elements; unchanged if either has comments."""
+    """Return two documents without their common elements; return both unchanged if either has comments."""
     unchanged = PrunedDocument(old, []), PrunedDocument(new, [])
     old_outer, new_outer = ([_Element(0, len(data), data)] for data in (old, new))
     old_cut: list[_Element] = []
@@ -86,7 +86,7 @@ def _contents(elements: Iterable[_Element]) -> set[bytes]:
 
 
 def _split(elements: Iterable[_Element], common: set[bytes]) -> tuple[list[_Element], list[_Element]]:
-    """Return the elements with a common content, and the other elements."""
+    """Return the elements with common content, and the other elements."""
     split: tuple[list[_Element], list[_Element]] = ([], [])
     for element in elements:
         split[element.content not in common].append(element)
@@ -114,7 +114,7 @@ def _elements(data: bytes, outer_elements: Iterable[_Element]) -> list[_Element]
 
 
 def _joints(data: bytes, elements: list[_Element]) -> set[Joint]:
-    """Return the neighbors with only blanks between them, if each of them occurs once."""
+    """Return the neighbors with only white space between them, if each occurs only once."""
     counts = Counter(element.content for element in elements)
     joints: set[Joint] = set()
     for element, following in pairwise(elements):

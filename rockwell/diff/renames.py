@@ -2,7 +2,7 @@
 
     - Start BOOL     XIC(Start)OTE(Run);  ->  XIC(Begin)OTE(Run);     + Begin BOOL
 
-Rungs with the same instructions use both tags equally often and in the same places, and no other tag matches.
+Rungs with the same instructions use both tags at the same places, and no other tag matches.
 Otherwise, they count as a removed and an added tag.
 """
 
@@ -59,14 +59,14 @@ def _tags_of(items: Iterable[Item]) -> dict[str, Item]:
 
 
 def _remove_used(tags: dict[str, Item], steps: Iterable[Step]) -> None:
-    """Remove the tags that steps of the version without these tags use: another scope declares them."""
+    """Remove the tags that the version without them still uses, because another scope declares them."""
     for step in steps:
         for name in tags.keys() & _names_in(step):
             del tags[name]
 
 
 def _without_names(key: str, tags: Mapping[str, Item]) -> str:
-    """Return a rung with `?` in place of tags."""
+    """Return a rung with `?` instead of tags."""
     return _WORD.sub(lambda word: "?" if (word[1] or "").upper() in tags else word[0], key)
 
 
@@ -77,7 +77,7 @@ def _mnemonics(key: str, _tags: Mapping[str, Item]) -> str:
 def _by_use(
     tags: Mapping[str, Item], steps: Iterable[Step], form: Callable[[str, Mapping[str, Item]], str]
 ) -> dict[object, list[str]]:
-    """Return the names of the tags that are used, by type and uses."""
+    """Return the names of used tags by type and uses."""
     uses_by_name: defaultdict[str, list[Use]] = defaultdict(list)
     for step in steps:
         names = _names_in(step)
@@ -100,7 +100,7 @@ def _names_in(step: Step) -> list[str]:
 
 
 def with_new_names(step: Step, new_tags: Mapping[str, Item]) -> Step:
-    """Return a step with the new names of renamed tags in its key; `new_tags` is as from `renamed`."""
+    """Return a step with the new names of renamed tags in its key; `new_tags` comes from `renamed`."""
     if not new_tags:
         return step
 

@@ -60,7 +60,7 @@ class _SpecsOf(Mapping[str, Spec]):
         self._calls = {name.upper(): name for name in _CALLED.findall(text)}
 
     def __getitem__(self, name: str) -> Spec:
-        """Return a spec of an instruction, or of an add-on that the text calls; its operands are free."""
+        """Return the spec of an instruction, or of an add-on that the text calls with any operands."""
         spec = BY_NAME.get(name)
         if spec is not None:
             return spec
@@ -107,7 +107,7 @@ def _svg(rung: Rung, edited: set[int]) -> str:
 
 
 def _shape_markup(drawn: Picture, edited: set[int]) -> Iterator[str]:
-    """Yield the shapes of the marks, in class `edit` if the other version lacks them, but not wires."""
+    """Yield the shapes of the marks; shapes that the other version lacks, except wires, get class `edit`."""
     for mark in drawn.marks:
         is_edited = _is_edited(mark, edited)
         for shape in shapes_of(mark):

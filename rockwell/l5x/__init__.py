@@ -32,7 +32,7 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `rewriting` | edited rungs in the text of a file |
 | `partial` | extracts a program or a routine from a file |
 | `export`, `writing` | exports a program as an L5X |
-| `trial` | runs the controller in the interpreter and compiled, in lockstep |
+| `trial` | runs the interpreted and the compiled controller in lockstep |
 """
 
 from .importer import L5xImport, import_l5x

@@ -37,7 +37,7 @@ class AddOns:
     """The add-on instructions of a document, built on demand."""
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
-        """Find the add-ons by name, and let `types` find their types here."""
+        """Find the add-ons by name, and make their types available to `types`."""
         self.records: dict[str, AddOnRecord] = {}  # by name in capitals; the first with each name
         self._duplicates: list[AddOnRecord] = []  # later records with a name in `records`; they are refused
         for record in records:
@@ -116,7 +116,7 @@ class AddOns:
             yield Parameter(tag.name, tag.type, ParameterMode.LOCAL)
 
     def _parameter(self, record: TagRecord, mode: ParameterMode) -> Parameter:
-        """Return a parameter or local tag; raise a LadderError for a wrong name or dimensions."""
+        """Return a parameter or local tag; raise a LadderError for an invalid name or dimensions."""
         if not NAME.fullmatch(record.name):
             raise LadderError(f"{record.name!r} is not a name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
@@ -133,7 +133,7 @@ class AddOns:
         return Parameter(record.name, kind, mode, record.dims, record.required, record.comment, initial)
 
     def _alias(self, record: TagRecord, mode: ParameterMode) -> Parameter:
-        """Return a parameter that is an alias of a part of another one, a BOOL unless it has a type."""
+        """Return a parameter that is an alias of a part of another parameter; its default type is BOOL."""
         parse_address(record.target)  # raises a LadderError for a text that is no address
         kind = self._types.find(record.type or "BOOL")
         return Parameter(
@@ -163,7 +163,7 @@ class AddOns:
             yield from ((self.records[name].name, routine) for routine in routines)
 
     def build(self, reader: RoutineReader) -> Mapping[str, str]:
-        """Build the add-ons; return the reasons why others can't be called, by name in capitals.
+        """Build the add-ons; return why the unusable ones can't be called, by name in capitals.
 
         An encoded add-on is built without logic, so its type is defined.
         """

@@ -24,16 +24,16 @@ from scanrack.ladder.model.types import DINT, DataType, Elementary, count_of
 from .report import Report
 
 CALLS = "scanrack_calls"
-"""Name of a generated main routine that calls the routines of an export without one."""
+"""Name of a generated main routine for an export without one; it calls the export's routines."""
 
 CLEARS = "scanrack_clears"
-"""Name of a generated fault routine, with which a trial continues after faults."""
+"""Name of a generated fault routine, which lets a trial continue after faults."""
 
 FAULT_RECORD = 11
 """Number of words in a MajorFaultRecord [1756-PM014]."""
 
 ARRAY_LENGTH = 256
-"""Length of a generated array that is the argument of an InOut of any length."""
+"""Length of a generated array for an InOut that accepts any length."""
 
 MOST_VALUES = 1_000_000
 """Maximum number of values in all tags generated for add-on instructions."""
@@ -89,7 +89,7 @@ class Parts:
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)  # see `_index`
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
-        """Return a new controller of these parts; note declarations that it rejects.
+        """Return a new controller of these parts; report declarations that it rejects.
 
         Args:
             tasks: the tasks of the controller; None for the tasks of these parts.
@@ -213,7 +213,7 @@ def emptied(routine: Routine, *numbers: int) -> Routine:
 def harness_of(parts: Parts) -> Parts:
     """Return a controller with a program for each add-on that calls it once.
 
-    Add-ons whose arguments exceed `MOST_VALUES` are omitted, and so are the ones in `uncalled`.
+    Add-ons in `uncalled`, and add-ons whose arguments exceed `MOST_VALUES`, are omitted.
     """
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
@@ -268,7 +268,7 @@ def call_of(routine: Routine) -> Rung:
 
 
 def inputs_of(routine: Routine) -> tuple[Operand, ...]:
-    """Return the operands of the SBR at the beginning of a routine's rungs; () without one."""
+    """Return the operands of the SBR at the beginning of a routine's rungs; () if it has no SBR."""
     first_element = next(iter(routine.rungs[0].series), None) if routine.rungs else None
     if isinstance(first_element, Instruction) and first_element.name == "SBR":
         return first_element.operands

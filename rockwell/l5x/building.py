@@ -24,7 +24,7 @@ _LACKS = re.compile(r"(?:^|: )no routine |(?<! and) has no member ")
 """Reasons of refusals that stand-ins would avoid."""
 
 ROUNDS = 30
-"""Maximum number of attempts to build after refusals; each refuses at least one rung."""
+"""Maximum number of attempts to build after refusals; each attempt refuses at least one rung."""
 
 
 class Builder:
@@ -78,7 +78,7 @@ class Builder:
         return True
 
     def empty(self) -> None:
-        """Empty all rungs refused since the last call, all at once because copying a long routine is slow."""
+        """Empty all rungs refused since the last call, in one pass because copying a long routine is slow."""
         for (owner, routine), numbers in self._to_empty.items():
             target = self._routine(owner, routine)
             if target is not None and numbers:
@@ -156,7 +156,7 @@ class Builder:
         self.empty()
 
     def _routine(self, owner: str, routine: str) -> Routine | None:
-        """Return a routine of a program, or else of an add-on with that name; None if there is none."""
+        """Return a routine of a program, or else of an add-on with that name; None if it does not exist."""
         part = self._parts.programs.get(owner.upper())
         if part is not None and routine.upper() in part.routines:
             return part.routines[routine.upper()]
@@ -164,7 +164,7 @@ class Builder:
         return definition.routine(routine) if definition is not None else None
 
     def _replace(self, owner: str, routine: str, new: Routine) -> None:
-        """Put a new version in place of a routine of a program, or else of an add-on."""
+        """Replace a routine of a program, or else of an add-on, with a new version."""
         part = self._parts.programs.get(owner.upper())
         if part is not None and routine.upper() in part.routines:
             part.routines[routine.upper()] = new
@@ -173,7 +173,7 @@ class Builder:
         self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
 
     def _drop_initial(self, tag: str, text: str, parts: Parts) -> bool:
-        """Let a tag start with zeros because its initial value does not fit; return whether it had one."""
+        """Remove an initial value that does not fit; return whether there was one to remove."""
         owner, name = owner_of(tag) if program_of(tag) else ("", tag)
         scope = parts.programs[owner.upper()].declarations if owner else parts.declarations
         for index, declaration in enumerate(scope):

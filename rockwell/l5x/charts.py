@@ -4,7 +4,7 @@
     links enter a diverging Branch at its ID and leave it at the IDs of its legs; a converging one is reversed
 
 Legs of a selection are ordered from left to right, by the X of their targets. If the branch has its own
-priority, they have the order of the document.
+priority, the legs keep the order of the document.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class _Graph:
         return end
 
     def _link(self, source: int, target: int) -> None:
-        """Note that a link leads from one element to another."""
+        """Record a link from one element to another."""
         self.successors.setdefault(source, []).append(target)
         self.predecessors.setdefault(target, []).append(source)
 
@@ -161,7 +161,7 @@ class _Graph:
         return sorted(ordered, key=lambda neighbor: self._x(neighbor, links))
 
     def _x(self, key: int, links: dict[int, list[int]]) -> int:
-        """Return the X of an element, or of the first element after it that has an X; 0 if there is none."""
+        """Return the X of an element, or of the first element after it that has an X; 0 if none has one."""
         for _ in range(len(self.elements)):
             text = self.elements[key].attributes.get("X", "")
             if text.lstrip("-").isdecimal() and text.isascii():
@@ -189,7 +189,7 @@ class _Graph:
 
 
 def _label_of(element: ElementRecord | None) -> str:
-    """Return the kind and name of an element, followed by a blank; "" for the whole chart."""
+    """Return the kind and name of an element, followed by a space; "" for the whole chart."""
     if element is None:
         return ""
     kind = "link" if element.tag == "DirectedLink" else element.tag.lower()

@@ -57,7 +57,7 @@ class Completion:
             widen(self._parts, self._reader.specs, self._report)
 
     def _rungs_with_missing_tags(self, owner: str, routine: Routine) -> Routine:
-        """Return a routine with only the rungs that may name missing tags, to save time.
+        """To save time, return a routine with only the rungs that may name missing tags.
 
         If only module tags can be missing, these are the rungs with a colon in their text. With an alias of
         a module tag, or in structured text, it is the whole routine.
@@ -144,7 +144,7 @@ class Completion:
     def _set_main(self, part: ProgramPart, called: Iterable[str]) -> None:
         """Set the main routine of a program: its only routine, or a generated one that calls the others.
 
-        A routine with inputs can't be the main routine, so the generated one calls it, too.
+        A routine with inputs can't be the main routine, so the generated routine also calls it.
 
         Args:
             called: names of called routines, in capitals.

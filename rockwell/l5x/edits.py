@@ -35,7 +35,7 @@ RUNG_TYPES = {
     "r": RungType("a rung with a pending replacement", runs=True, tested=True),
     "d": RungType("a rung to be deleted by a pending edit", runs=True, tested=True),
 }
-"""Rows by the Type of a rung; an r before a type means that a replacement of the rung is pending."""
+"""Rows by the Type of a rung; an `r` prefix means that a replacement of the rung is pending."""
 
 ORIGINAL, PENDING, TESTED = "Original", "PendingEdits", "TestEdits"
 TEXT_TYPES = {
@@ -48,7 +48,7 @@ TEXT_TYPES = {
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """A rung, or a version of structured text, that is part of an online edit."""
+    """A rung, or a version of structured text, in an online edit."""
 
     line: int  # in the file
     program: str

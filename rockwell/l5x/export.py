@@ -104,7 +104,7 @@ def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]
     kinds += [parameter.type for definition in logic.add_ons.values() for parameter in definition.parameters]
 
     def walk(kind: DataType) -> Iterator[Structure]:
-        """Yield a structure after those of its members, each one only once."""
+        """Yield a structure after the structures of its members, each only once."""
         if isinstance(kind, Structure) and kind.name not in done and ":" not in kind.name:
             done.add(kind.name)
             for member in kind.members:
@@ -145,7 +145,7 @@ def _write_member(members: Any, kind: Structure, member: Member) -> None:
 
 
 def _radix(kind: DataType) -> str:
-    """Return the format in which Studio 5000 shows values of a type."""
+    """Return the display format of a type in Studio 5000."""
     if isinstance(kind, Structure):
         return "NullType"
     return "Decimal" if kind.is_bool or kind.is_integer else "Float"
@@ -278,7 +278,7 @@ def _write_array(
 
 
 def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
-    """Add the members of a structure's value; a bit without a value has that of its host."""
+    """Add the members of a structure's value; a bit without a value uses its host's value."""
     if kind.is_string:
         _write_string(parent, kind, value)
         return

@@ -65,9 +65,9 @@ def import_l5x(
     """Import an L5X; raise an L5xError if it can't be read.
 
     Args:
-        stubs: replacements of instructions and of refused routines, by name.
+        stubs: replacements for instructions and for refused routines, by name.
         slots: slots of the rack, to which module tags are bound; None without a rack.
-        trial: whether to check uncalled add-on instructions, too, and to let messages complete.
+        trial: whether to also check uncalled add-on instructions, and to let messages complete.
         memory_mib: limit for the memory of all tags, MiB.
     """
     with collector_paused():
@@ -123,7 +123,7 @@ class Importer:
     # --- reading
 
     def _read_logic(self) -> None:
-        """Read modules, add-ons and programs, and build the add-ons; parsing needs the add-ons' names."""
+        """Read modules, add-ons (whose names parsing needs) and programs; then build the add-ons."""
         document, reader = self._document, self._reader
         memory = module_tags(document, self._types, self.report, self._slots)
         self._parts.declarations += memory.declarations
@@ -156,7 +156,7 @@ class Importer:
         )
 
     def _note_unread(self) -> None:
-        """Note content that is not read, and repeated data types."""
+        """Report content that is not read, and repeated data types."""
         for name, text, line in self._document.others:
             self.report.note(name, text, line)
         names: set[str] = set()
@@ -235,7 +235,7 @@ class Importer:
         self._choose_routines(record, part)
 
     def _add_routine(self, part: ProgramPart, owner: str, record: RoutineRecord) -> None:
-        """Read a routine into a program; a refused one does nothing, a second one of a name is skipped."""
+        """Read a routine into a program; a refused routine does nothing, and a repeated name is skipped."""
         key = record.name.upper()
         if key in {*part.routines, *part.functions} or not NAME.fullmatch(record.name):
             reason = f"{record.name!r} is the name of another routine, or not a name"
@@ -261,7 +261,7 @@ class Importer:
     # --- declaring
 
     def _declare(self) -> None:
-        """Declare tags, what is missing, and tasks; refuse callers of absent add-ons; free the document."""
+        """Declare tags, missing objects and tasks; refuse callers of absent add-ons; free the document."""
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
         parts.motion = motion_of(document.tags)

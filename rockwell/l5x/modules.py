@@ -118,9 +118,9 @@ def _memory(tag: Tag) -> bytes:
 def module_objects(
     document: L5xDocument, types: Types, declared: Collection[Declaration]
 ) -> Iterator[Declaration]:
-    """Yield a tag of type MODULE for each module, since the argument of an add-on may be a module's name.
+    """Yield a tag of type MODULE for each module, because an add-on's argument may be a module's name.
 
-    The tag of a module whose name is declared has a generated name.
+    If a module's name is already declared, its tag gets a generated name.
     """
     try:
         kind = types.find(MODULE)
@@ -157,7 +157,7 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
 
 
 def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, remark: Callable[[str], None]) -> Any:
-    """Return the initial value of a tag; None for zeros, or, with a remark, if it can't be read."""
+    """Return the initial value of a tag; None for zeros, or for an unreadable value, with a remark."""
     try:
         if tag.data:
             return initial_of(tag.data, kind, (), types, remark)
@@ -175,7 +175,7 @@ def _has_values(data: Data) -> bool:
 
 
 def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
-    """Return a type with a module's words if only their size is known; None without a size.
+    """Return a type with a module's words if only their size is known; None if it is unknown.
 
     The words are Data; the bytes of inputs begin with Fault.
     """

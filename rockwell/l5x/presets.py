@@ -37,7 +37,7 @@ class Presets:
         self._first: dict[tuple[str, str], Operand] = {}  # by structure in capitals and member
 
     def with_settled_presets(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
-        """Return a rung of a document, with `?` in place of presets that can't be initial values."""
+        """Return a rung of a document, with `?` instead of presets that can't be initial values."""
         for instruction in instructions_of(rung.series):
             spec = specs.get(instruction.name.upper())
             if spec is not None and self._operands(instruction, spec) != instruction.operands:
@@ -53,7 +53,7 @@ class Presets:
         return Instruction(element.name, self._operands(element, specs[element.name.upper()]))
 
     def _operands(self, instruction: Instruction, spec: Spec) -> tuple[Operand, ...]:
-        """Return the operands, with `?` in place of presets that can't be initial values."""
+        """Return the operands, with `?` instead of presets that can't be initial values."""
         if Use.PRESET not in spec.operands:
             return instruction.operands
         structure: Operand | None = None  # the structure to which the next presets belong

@@ -230,7 +230,7 @@ class Report:
         return f"{head}: {total} statements, {imported} imported, {refused} refused, {ran} ran"
 
     def _drawn_lines(self) -> Iterator[str]:
-        """Yield a line with the counts of charts, and one with those of diagrams, if there are any."""
+        """Yield one line each with the counts of charts and of diagrams, if there are any."""
         for name, kind in (("sequential function charts", "SFC"), ("function block diagrams", "FBD")):
             total, imported, refused, ran = self.drawn(kind).values()
             if total:

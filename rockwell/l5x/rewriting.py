@@ -85,7 +85,7 @@ class _EditedRoutine:
         self.changes: list[FileChange] = []
 
     def splices(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
-        """Yield the splices for edits of this routine, and note the changes."""
+        """Yield the splices for edits of this routine, and record the changes."""
         by_rung = {edit.rung: edit for edit in edits}
         self._check_numbers(by_rung)
         first = by_rung.get(BEFORE_FIRST)
@@ -119,7 +119,7 @@ class _EditedRoutine:
         self.changes.append(FileChange(f"{self._name} rung {number}", change))
 
     def _edited_text(self, number: int, rung: Span, text: str) -> Splice:
-        """Return the splice that changes the text of a rung; blanks around the text stay."""
+        """Return the splice that changes the text of a rung; white space around the text remains."""
         self._note(number, "its text is edited")
         element, content = rung.child("Text"), self._text.characters(text)
         if element is None:
@@ -129,7 +129,7 @@ class _EditedRoutine:
         return self._text.content(element, content)
 
     def _before_first(self, texts: Sequence[str]) -> Iterator[Splice]:
-        """Yield the splice that inserts rungs at the beginning, also in a routine without rungs."""
+        """Yield the splice that inserts rungs at the beginning, even in a routine without rungs."""
         begin = _number(self._rungs[0], 0) if self._rungs else 0
         blanks = self._between
         content = b"".join(self._rung(text, begin + index) + blanks for index, text in enumerate(texts))
@@ -148,13 +148,13 @@ class _EditedRoutine:
 
     @property
     def _between(self) -> bytes:
-        """The blanks between rungs."""
+        """The white space between rungs."""
         if self._content is None or not self._rungs:
             return self._text.newline
         return self._text.blanks_before(self._rungs[0])
 
     def _rung(self, text: str, number: int) -> bytes:
-        """Return a new rung, indented like the other rungs, and note it."""
+        """Return a new rung, indented like the other rungs, and add it to the list of changes."""
         self._note(number, "it is new")
         return self._between.join((
             b'<Rung Number="%d" Type="N">' % number,

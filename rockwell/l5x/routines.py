@@ -1,4 +1,4 @@
-"""Reads rungs and structured text of a document; a refused rung becomes an empty one.
+"""Reads rungs and structured text of a document; a refused rung becomes an empty rung.
 
 The number of a rung in the tree is its index in the document, so a later refusal can find its text.
 """
@@ -54,7 +54,7 @@ _STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
 
 
 def instruction_names(routines: Iterable[RoutineRecord]) -> list[str]:
-    """Return the names of the called instructions, each once."""
+    """Return the names of the called instructions, without duplicates."""
     names: dict[str, None] = {}
     for routine in routines:
         for rung in routine.rungs:
@@ -65,7 +65,7 @@ def instruction_names(routines: Iterable[RoutineRecord]) -> list[str]:
 
 
 def _column(text: str, site: Site) -> int:
-    """Return the column of a site in a rung: its own, or its instruction's, or otherwise 1."""
+    """Return the column of a site in a rung, or of its instruction; 1 if neither is known."""
     if site.column or not site.instruction:
         return site.column or 1
     column = text.find(site.instruction)
@@ -136,7 +136,7 @@ class RoutineReader:
         self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
 
     def _rung(self, owner: str, record: RoutineRecord, index: int, rung: L5xRungRecord) -> Rung:
-        """Return a rung; an empty one if it does not run or is refused."""
+        """Return a rung, or an empty rung if it does not run or is refused."""
         origin = Origin(self._report.file, rung.line)
         if rung.texts > 1:
             name = f"{owner}.{record.name} rung {rung.number}"

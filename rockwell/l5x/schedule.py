@@ -48,7 +48,7 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
 def _take_programs(
     record: TaskRecord, unscheduled: dict[str, str], disabled: Container[str], report: Report
 ) -> Iterator[str]:
-    """Remove the programs of a task from `unscheduled`; yield the ones that run."""
+    """Remove the programs of a task from `unscheduled`; yield the programs that run."""
     for name in record.programs:
         program_name = unscheduled.pop(name.upper(), None)
         if program_name is None:
@@ -72,7 +72,7 @@ _CHART_OPTIONS: tuple[Mapping[str, Enum], ...] = (
 
 
 def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
-    """Return a document's chart options; a missing or invalid option has the first value of its row."""
+    """Return a document's chart options; a missing or invalid option gets the first value of its row."""
     chosen: list[Any] = []
     for text, options in zip(document.charts, _CHART_OPTIONS, strict=True):
         by_text = dict(options) | {name.removesuffix("Reset"): option for name, option in options.items()}
@@ -85,7 +85,7 @@ def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
 
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
-    """Return a task; None, with a note, if its record is invalid."""
+    """Return a task; if its record is invalid, add a note and return None."""
     kinds = {task_kind.value: task_kind for task_kind in TaskKind}
     kind = kinds.get(record.kind)
     try:

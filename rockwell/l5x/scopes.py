@@ -34,7 +34,7 @@ _CONNECTION_NOTES = {
 def scope_of(
     records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
 ) -> list[Declaration]:
-    """Return the declarations of tags, and report their forces; report an invalid tag and leave it out.
+    """Return the declarations of tags and report their forces; report and omit invalid tags.
 
     Args:
         owner: the program of the tags; "" for tags of the controller.
@@ -70,7 +70,7 @@ def note_forces(
     report: Report,
     name: str,
 ) -> None:
-    """Report the forces of a tag by their addresses; note those that can't be read."""
+    """Report the forces of a tag by their addresses; note the forces that can't be read."""
     try:
         for path, value in forces_of(record.forced, kind, dims, types):
             report.forces[f"{name}{path}"] = value
@@ -118,7 +118,7 @@ def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owne
 
 
 def _access(record: TagRecord) -> ExternalAccess:
-    """Return the external access of a tag; an unknown word in the file becomes no access."""
+    """Return the external access of a tag; an unknown word in the file means no access."""
     if not record.access:
         return ExternalAccess.READ_WRITE
     levels = {access.value.upper(): access for access in ExternalAccess}
@@ -184,7 +184,7 @@ def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remot
 
 
 def _full_name(owner: str, address: str, records: Iterable[TagRecord]) -> str:
-    """Return an address as text, with its program if it names one of the program's own tags."""
+    """Return an address as text; add the program's name if the tag is one of the program's own."""
     name = re.split(r"[.\[]", address, maxsplit=1)[0].upper()
     is_own = any(record.name.upper() == name for record in records)
     return scoped(owner, address) if is_own else address

@@ -1,4 +1,4 @@
-"""A trial: an imported controller runs in both back ends, scan by scan, from the same memory.
+"""Runs a trial of an imported controller in both back ends, scan by scan, from the same memory.
 
 A rung counts as run if its program completed all scans, and both back ends had the same values in all
 variables and the same fault after each scan. Refused rungs are empty in a trial. A major fault that both back
@@ -83,7 +83,7 @@ def _run(
 ) -> None:
     """Run the programs of tasks together, and count the rungs that ran.
 
-    After a fault they run again, with fault routines that clear faults. If they still do not complete the
+    After a fault, they run again with fault routines that clear faults. If they still do not complete the
     scans, or the back ends differ, each program runs alone.
 
     Args:
@@ -143,7 +143,7 @@ def _empty(parts: Parts, owner: str, routine: str) -> None:
 
 
 def _count_run_rungs(imported: L5xImport, names: Iterable[str]) -> None:
-    """Add the imported rungs of programs and add-ons to the ones that ran."""
+    """Count the imported rungs of programs and add-ons as run."""
     counted = {name.upper() for name in names}
     for owner, routine in imported.parts.all_routines():
         if owner.upper() in counted:
@@ -164,7 +164,8 @@ class Outcome:
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:
     """Run a controller or program on both back ends, and compare them after each scan; return the outcome.
 
-    After a major fault the scans go on, so that later rungs run too. A difference, an expired watchdog or an
+    After a major fault, the scans continue, so that later rungs also run. A difference, an expired watchdog
+    or an
     exhausted budget ends the trial.
     """
     outcome = Outcome()
@@ -194,7 +195,7 @@ def lockstep(controller: LadderLogic, work: Work) -> Outcome:
 
 
 def _scan(engine: Engine) -> LadderFault | None:
-    """Run a scan; return its major fault, None without one."""
+    """Run a scan; return its major fault, or None."""
     try:
         engine.step()
     except LadderFault as fault:

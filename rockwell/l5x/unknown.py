@@ -104,7 +104,7 @@ class UnknownTypes:
             yield from scope.values()
 
     def _is_unknown(self, name: str) -> bool:
-        """Return whether no type has this name; for "" and the name of an unusable type, return False."""
+        """Return whether no type has this name; return False for "" and for the name of an unusable type."""
         key = name.upper()
         if not key or key in self._members or key in self._add_ons:
             return False
@@ -209,7 +209,7 @@ class UnknownTypes:
                     yield Argument(owner, operand, parameter)
 
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the undefined type that an address leads to, and the remaining steps; None if there is none.
+        """Return the undefined type in an address, and the steps after it; None if all types are defined.
 
         An axis counts as undefined if the next step is a member that `AXIS_TYPES` lacks.
         """
@@ -250,7 +250,7 @@ class UnknownTypes:
 
 
 def _members_named(routine: RoutineRecord) -> Iterator[tuple[str, str]]:
-    """Yield the names around each dot in a routine, and the axis and attribute of each GSV and SSV."""
+    """Yield the names before and after each dot in a routine, and each GSV's and SSV's axis and attribute."""
     for text in (*(rung.text for rung in routine.rungs), *(text for text, _ in routine.lines)):
         yield from _MEMBER.findall(text)
         yield from _ATTRIBUTE.findall(text)

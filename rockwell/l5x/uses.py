@@ -1,4 +1,4 @@
-"""Instructions in routines, and the names in their first operands."""
+"""Finds instructions in routines, and the names in their first operands."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Adds members to structures that lack them although rungs name them, and infers their types.
+"""Adds missing members that rungs name to structures, and infers their types.
 
-The members are added at the end of a user-defined or module structure. COP and SIZE see the longer structure.
+The members are added at the end of a user-defined or module structure. COP and SIZE use the longer structure.
 """
 
 from __future__ import annotations

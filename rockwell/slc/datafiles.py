@@ -103,7 +103,7 @@ class DataFiles:
             self._file(name).need(words)
 
     def has(self, name: str) -> bool:
-        """Return whether DATA or a rung names a file; a rung may name the file PTOX0 PTO."""
+        """Return whether DATA or a rung names a file; a rung can call the file PTOX0 `PTO`."""
         letters = name.rstrip("0123456789")
         return not self._files.keys().isdisjoint((name, letters, letters.removesuffix("X")))
 
@@ -157,7 +157,7 @@ class DataFiles:
 
         An indirect address needs all elements.
 
-        `is_bit` tells whether the instruction uses the address as a bit.
+        `is_bit` is true if the instruction uses the address as a bit.
         """
         file = self._file(address.name)
         for index, step in enumerate(address.steps):
@@ -192,7 +192,7 @@ class DataFiles:
     # --- tags
 
     def tags(self, bound: Collection[str]) -> Iterator[Tag]:
-        """Yield a tag for each file, except the images of the rack, which are `bound`."""
+        """Yield a tag for each file, except the rack's images, which are in `bound`."""
         for file in self._files.values():
             if file.name not in bound and file.length:
                 yield Tag(file.name, self._type(file), (min(file.length, MOST),), self._initial(file))
@@ -211,7 +211,7 @@ class DataFiles:
         return Structure(f"{file.name}_type", members) if members else INT
 
     def _initial(self, file: _File) -> list[Any] | None:
-        """Return the elements up to the last one with a value; None without values. DATA has precedence."""
+        """Return the elements up to the last one with a value; None without values. DATA takes precedence."""
         values: dict[int, Any] = {**file.presets, **file.values}
         if not values:
             return None

@@ -50,7 +50,7 @@ def _joined(rows: Iterable[DataRow], words: int) -> list[DataRow]:
 
 
 def value_of(letters: str, words: Sequence[str]) -> Any:
-    """Return the value of an element from the texts of its words; raise a ValueError if they do not fit."""
+    """Return the value of an element from the texts of its words; raise a ValueError if they are invalid."""
     if letters in STRUCTURED:
         flags, first, second = (_integer(word, 16) for word in words)
         bits = {name: True for bit, name in STRUCTURED[letters].items() if flags >> bit & 1}
@@ -61,7 +61,7 @@ def value_of(letters: str, words: Sequence[str]) -> Any:
 
 
 def _text(word: str) -> str:
-    """Return the characters between quotation marks; raise a ValueError for other texts or too many."""
+    """Return the text between quotation marks; raise a ValueError if it lacks them or is too long."""
     if not word.startswith('"'):
         raise ValueError(f"{word} is not a text in quotation marks")
     if len(word) - 2 > TEXT_LENGTH:
@@ -70,7 +70,7 @@ def _text(word: str) -> str:
 
 
 def _real(word: str) -> float:
-    """Return a value of a file F, including the Windows notations `1.#INF` and `1.#QNAN`."""
+    """Return a value of an F file, including the Windows notations `1.#INF` and `1.#QNAN`."""
     unsigned = word.lower().lstrip("+-")
     if unsigned.startswith("1.#"):
         value = math.inf if unsigned.startswith("1.#inf") else math.nan

@@ -181,7 +181,7 @@ class _SlcReader:
 
         Args:
             whole: whether it ends in EOR.
-            end: its last line; 0 if it is not whole.
+            end: its last line; 0 if it is incomplete.
         """
         if self._words is not None:
             self._add_rung(self._words, self._first_line, end, whole=whole)

@@ -76,7 +76,7 @@ def lines_of(text: str) -> Iterator[Line]:
 
 
 def _end_of_comment(lines: list[str], begin: int) -> tuple[int, bool]:
-    """Return the index of the line that ends a comment or begins a section, and whether it ends it."""
+    """Return the index of the line that ends a comment or begins a section; True if it ends the comment."""
     for index in range(begin, len(lines)):
         if _SECTION.match(lines[index]):
             return index, False

@@ -35,7 +35,7 @@ _RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|(?!\bEOR\b)[^%])*+\bEOR\b"
 
 
 def program_text(text: str, specs: Mapping[str, Spec]) -> str:
-    """Return a rung in the notation of programs; its addresses may be in RSLogix 500 notation.
+    """Return a rung in the notation of programs; its addresses can be in RSLogix 500 notation.
 
     >>> from scanrack.ladder.instructions.slc import SLC_SPECS
     >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
@@ -143,7 +143,7 @@ def _slc_texts(edit: RungEdit, specs: Mapping[str, Spec]) -> list[str]:
 
 
 def _ladder_of(edit: RungEdit, ladders: Mapping[int, LadderRecord]) -> LadderRecord:
-    """Return the ladder file of an edit, or raise a LadderError if it has no such rung."""
+    """Return the ladder file of an edit; raise a LadderError if the file has no such rung."""
     number = edit.routine[len(ROUTINE) :]
     ladder = ladders.get(int(number)) if number.isdigit() else None
     if ladder is None or not BEFORE_FIRST <= edit.rung < len(ladder.rungs):
@@ -187,13 +187,13 @@ def _lines_of_rungs(
     after_last = len(text.splitlines()) + 1
 
     def skip_blank(number: int) -> int:
-        """Return the number of the first line that is not empty, starting at a number."""
+        """Return the number of the first nonempty line, starting at `number`."""
         while (line := by_number.get(number)) is not None and not (line.words or line.comments):
             number = next_numbers.get(number, after_last)
         return number
 
     def after_comments(number: int, *, descriptions: bool) -> int:
-        """Return the number of the line after comments: only descriptions, or only other comments."""
+        """Skip comments (only descriptions, or only other comments); return the number of the next line."""
         while (line := by_number.get(skip_blank(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not descriptions:
                 break

@@ -121,8 +121,8 @@ class RungReader:
     def _instruction(self) -> Instruction:
         """Read a mnemonic and its operands.
 
-        The operands end at a mnemonic, a word of a branch, or the end. After all operands, a word that may
-        be the mnemonic of an unknown instruction ends them too.
+        The operands end at a mnemonic, a word of a branch, or the end. After all operands, a word that could
+        be the mnemonic of an unknown instruction also ends them.
         """
         start = self._index
         name = self._peek()
@@ -144,12 +144,12 @@ class RungReader:
         return Instruction(spec.name, tuple(operands))
 
     def _looks_like_mnemonic(self, word: str) -> bool:
-        """Return whether a word may be the mnemonic of an unknown instruction."""
+        """Return whether a word could be the mnemonic of an unknown instruction."""
         is_name = _NAME.fullmatch(word) is not None and len(word) <= 4
         return is_name and not is_address(word) and _HEX.fullmatch(word) is None
 
     def _check_count(self, spec: Spec, count: int, index: int) -> None:
-        """Refuse an instruction at a word if it has a wrong number of operands."""
+        """Refuse an instruction with the wrong number of operands; `index` is the word to report."""
         expected = spec.expected_count(count)
         if expected:
             self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", index)

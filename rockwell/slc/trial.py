@@ -1,4 +1,4 @@
-"""A trial: an imported program runs in both back ends, scan by scan, like an L5X."""
+"""Trials, in which an imported program runs in both back ends, scan by scan, like an L5X."""
 
 from __future__ import annotations
 

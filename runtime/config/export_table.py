@@ -1,4 +1,4 @@
-"""The table `[export]` of a rack file: how a program that is an export starts.
+"""The table `[export]` of a rack file: how an exported program starts.
 
 [export]
 keep_values = true    # continue with the values of the export, without prescan
@@ -16,7 +16,7 @@ from .machine_tables import Table
 
 
 class ExportTable(Table):
-    """How a program that is an export starts.
+    """How an exported program starts.
 
     Attributes:
         keep_values: whether the first scan continues with the values in the export (timers, one-shots, chart

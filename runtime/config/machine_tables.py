@@ -132,7 +132,7 @@ class StationTable(Part):
     """A station that signals the end of its work.
 
     Attributes:
-        position: position at which the shaft stops for it, steps.
+        position: position at which the shaft stops at the station, steps.
         input: the module's input that receives its signal.
         work_ms: duration of its work, ms; or `work_s`.
         pulse_ms: duration of the signal, ms; or `pulse_s`.
@@ -175,12 +175,12 @@ class MachineTable(Table):
 
     Attributes:
         switches: switches and sensors that the shaft operates.
-        timeline: actions of people; simultaneous actions happen in the order of the file.
+        timeline: operator actions; simultaneous actions happen in the order of the file.
         encoder: an encoder on the shaft.
         slips: positions where the motor loses steps.
         jams: positions that the shaft can't pass.
         stations: stations that signal the end of their work.
-        turns: successive movements of the master encoder of a follower.
+        turns: successive movements of a follower's master encoder.
         master_speed: maximum speed of the master encoder, x4 counts/s; `scanrack fuzz` turns the encoder only
             with this key.
     """

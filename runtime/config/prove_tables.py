@@ -29,7 +29,7 @@ CLAIMS = ("never", "always", "reachable")
 
 
 def _scan_range(value: object) -> tuple[float, float]:
-    """Return the shortest and longest scan, ms; refuse any value but two such numbers in order."""
+    """Return the shortest and longest scan, ms; refuse any value except two numbers in ascending order."""
     if isinstance(value, list | tuple) and len(value) == 2:
         shortest, longest = value
         are_numbers = all(type(limit) in (int, float) for limit in value)
@@ -109,10 +109,10 @@ class ProveTable(Table):
 
     Attributes:
         scan_ms: shortest and longest time between two scans, ms.
-        free: patterns of numbers that the program does not write and that may change between scans.
-        written_outside: patterns of tags that the program writes and that may also change between scans.
+        free: patterns of numbers that the program does not write and that can change between scans.
+        written_outside: patterns of tags that the program writes and that can also change between scans.
         assume: conditions to assume in every scan, for all properties.
-        happens: events that may happen between two scans: "program mode": the key is turned to program mode
+        happens: events that can happen between two scans: "program mode": the key is turned to program mode
             and back; "retained start": a run ends, and the next run starts with the tag values that it left;
             "lost link": a module loses its link.
         property: the properties to prove.

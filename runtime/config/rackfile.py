@@ -44,7 +44,7 @@ class RackFileError(SiteError):
     """A rack file with mistakes; the message has a line for each mistake, in the order of the file.
 
     Attributes:
-        reasons: the problem at each site.
+        reasons: the problem at each location.
     """
 
     def __init__(self, text: str, *sites: Site, reasons: Sequence[str] = ()) -> None:
@@ -101,7 +101,7 @@ def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str 
 
     Args:
         modules: function that returns the file's own modules; `unread` executes nothing.
-        program: the program to use if the file has no key `program`; None = refuse such a file.
+        program: the program to use if the file has no key `program`; None = refuse the file.
 
     Raises:
         RackFileError: the file can't be read, is not TOML, or contains an illegal value.
@@ -185,7 +185,7 @@ def explained(error: ValidationError, path: Path, lines: KeyLines | None = None)
 def _refusal(
     mistakes: Sequence[_Mistake], path: Path, lines: KeyLines | None, last_line: str = ""
 ) -> RackFileError:
-    """Return the error that lists mistakes, one a line; it has their sites if their lines are known."""
+    """Return the error that lists mistakes, one per line, with their locations if their lines are known."""
     messages = [mistake.message(path, lines) for mistake in mistakes]
     text = "\n".join([*messages, last_line] if last_line else messages)
     if lines is None:
@@ -236,7 +236,7 @@ class _Mistake:
         return ": ".join(filter(None, (key_and_value, self.problem)))
 
     def message(self, path: Path, lines: KeyLines | None) -> str:
-        """Return the reason after the file and, if it is known, the line."""
+        """Return the reason, preceded by the file and, if known, the line."""
         location = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
         return f"{location}: {self.reason}"
 
@@ -250,7 +250,7 @@ def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails])
 
 
 def _mistake(details: ErrorDetails) -> _Mistake:
-    """Return the mistake that pydantic found; an error of this package may name an inner key."""
+    """Return the mistake that pydantic found; an error from this package can name an inner key."""
     path: KeyPath = details["loc"]
     kind, value = details["type"], details["input"]
     error = details.get("ctx", {}).get("error")

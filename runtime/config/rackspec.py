@@ -227,7 +227,7 @@ class SlotSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_made(self, info: ValidationInfo) -> Self:
-        """Look up the record of the module; refuse a slot from which no module can be made."""
+        """Look up the record of the module; refuse a slot whose module can't be made."""
         file_modules = _modules_of_file(info)
         self._record = file_modules[self.module] if self.module in file_modules else MODULES[self.module]
         self.make(seed=0)
@@ -265,7 +265,7 @@ class ForceSpec(Table):
 
 
 def _fault_kind(value: object) -> object:
-    """Return the kind of fault with a name; refuse an unknown name."""
+    """Return the fault kind for a name; refuse an unknown name."""
     if isinstance(value, FaultKind):
         return value
     names = [kind.value for kind in FaultKind]
@@ -275,7 +275,7 @@ def _fault_kind(value: object) -> object:
 
 
 class InjectedFaultSpec(Table):
-    """An injected fault of a module or of the CPU.
+    """An injected fault of a module or of the controller.
 
     Attributes:
         at_ms: start of the fault, ms; or use `at_s`.
@@ -285,7 +285,7 @@ class InjectedFaultSpec(Table):
         slot: slot of the module; omit it for "program-mode"; optional in a rack with one module.
         for_ms: duration, ms; or use `for_s`. Unlimited if omitted; a torn update lasts one RPI.
         late_words: for "torn-update": the output words that arrive late.
-        state: for "condition": the state that begins, such as "temperature=95" or "cable=lost".
+        state: for "condition": the new state, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None
@@ -343,15 +343,15 @@ class RackSpec(Table):
         axes: axes of a ladder program's motion instructions, by tag; each is a 3601 or ideal.
         prove: properties and assumptions of `scanrack prove`.
         fuzz: settings of `scanrack fuzz`.
-        export: how an exported program begins.
+        export: how an exported program starts.
         server: tags that clients of a tag server see and may write.
         seed: seed for random numbers, for example for slips.
-        mode: position of the CPU's keyswitch at power-up.
+        mode: position of the controller's keyswitch at power-up.
         modules: your own modules by name. Each is a Python file, followed by the name of its ModuleRecord
             unless that name is RECORD: "blinker.py:OTHER".
         slot: the slots, at least one.
         force: bits and words to force from the first scan on.
-        incident: injected faults of modules and of the CPU.
+        incident: injected faults of modules and of the controller.
         unit: controllers outside the rack, on serial lines.
     """
 
@@ -408,7 +408,7 @@ class RackSpec(Table):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
-        """Refuse a rack whose tables contradict each other; the first contradiction is raised."""
+        """Refuse a rack whose tables contradict each other; report only the first contradiction."""
         self._check_times()
         self._check_stubs()
         self._check_axes()
@@ -466,7 +466,7 @@ class RackSpec(Table):
                 raise MisplacedError(("modules", name), file, "another module has this name")
 
     def _check_slots(self) -> None:
-        """Refuse slots with the same number, unsuitable firmware, and cards unfit for the controller."""
+        """Refuse slots with the same number, unsuitable firmware, and cards for another controller."""
         numbers: set[int] = set()
         for index, slot in enumerate(self.slot):
             if slot.number in numbers:

@@ -95,7 +95,7 @@ class StubTable(Table):
     def _has_only_its_keys(self) -> Self:
         """Refuse a table with several sources of data, with keys of the other kind, or without data.
 
-        A table of a message has a duration; any other table is of a consumed tag.
+        A table with a duration is for a message; any other table is for a consumed tag.
         """
         sources = [name for name in ("value", "table", "rack") if name in self.model_fields_set]
         if len(sources) > 1:

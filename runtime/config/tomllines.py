@@ -99,7 +99,7 @@ class KeyLines:
         return (*path, count - 1) if count else path
 
     def _read_assignment(self, table: KeyPath) -> None:
-        """Read `key = value` in a table; store the line of the key, and those in the value."""
+        """Read `key = value` in a table; store the line of the key, and the lines of keys in the value."""
         line = self._line_here()
         path = table
         for key in self._read_key():
@@ -151,7 +151,7 @@ class KeyLines:
             self._read_assignment(path)
 
     def _skip_to_end(self, bracket: str) -> bool:
-        """Skip the opening bracket or a comma, and a closing bracket; return whether there was one."""
+        """Skip the opening bracket or a comma; skip a closing bracket and return whether there was one."""
         self._skip(_SPACE)
         if self._text[self._index] != bracket:
             self._index += 1
@@ -175,7 +175,7 @@ class KeyLines:
         return match[0]
 
     def _line_here(self) -> int:
-        """Return the line of the next character, counted from the last call on."""
+        """Return the line of the next character, counting on from the last call."""
         self._line += self._text.count("\n", self._line_index, self._index)
         self._line_index = self._index
         return self._line

@@ -67,7 +67,7 @@ PHASES: dict[Shape, tuple[Phase, ...]] = {
 
 
 def phases_of(rising: Fraction) -> tuple[Phase, ...]:
-    """Return the phases of a ramp whose rate takes the same fraction of the time to rise and to fall.
+    """Return the phases of a ramp whose rate rises and falls in the same fraction of the time.
 
     If f is this fraction, the peak rate is r = 1/(1 - f), and the rate grows by r/f.
 
@@ -214,7 +214,7 @@ class Course:
             self.end_ticks, self.travel = end, self.travel + length * factor
 
     def _ramp(self, from_nsps: int, to_nsps: int, ticks: int, phases: tuple[Phase, ...]) -> None:
-        """Append the phases of a speed change that lasts a number of ticks; nothing for 0 ticks."""
+        """Append the phases of a speed change that lasts a number of ticks; append nothing for 0 ticks."""
         if ticks:
             change, unit = to_nsps - from_nsps, phases[-1].end
             for phase in phases:

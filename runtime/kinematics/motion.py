@@ -88,11 +88,11 @@ class Motion:
         return segment
 
     def travel_at(self, t_ns: int) -> int:
-        """Return the picosteps made since the travel was 0, without sign."""
+        """Return the unsigned travel in picosteps since the travel was 0."""
         return self.segment_at(t_ns).travel_at(t_ns)
 
     def steps_at(self, t_ns: int) -> int:
-        """Return the whole steps made since the travel was 0, without sign."""
+        """Return the unsigned number of whole steps since the travel was 0."""
         return self.segment_at(t_ns).steps_at(t_ns)
 
     def position_at(self, t_ns: int) -> int:

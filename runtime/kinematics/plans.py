@@ -9,11 +9,11 @@
     go_on           like `register`, but accelerates until the deceleration is due
     creep           down from any point to the starting speed, then at that speed to the motion's end
 
-A change takes effect at an instant: travel and speed continue from their present values, and an S-curve
+A change takes effect at an instant: travel and speed continue from their current values, and an S-curve
 starts over.
 
 Two values are rounded down to 1e-9 step/s: the peak speed of a move that is too short for its programmed
-speed, and the present speed at a change in the middle of a ramp. Everything else follows chapter 2 exactly.
+speed, and the current speed at a change in the middle of a ramp. Everything else follows chapter 2 exactly.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
     (-5600, None)
 
     Raises:
-        ValueError: an invalid direction.
+        ValueError: the direction is invalid.
     """
     course = Course(now_ns)
     if profile.has_ramps:
@@ -95,7 +95,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
 
 
 def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:
-    """Plan a controlled stop: less than one step at the present speed, then a ramp to starting speed.
+    """Plan a controlled stop: less than one step at the current speed, then a ramp to starting speed.
 
     The stop ends on the first whole step that the deceleration allows. Below the starting speed the stop has
     no ramp, and ends immediately with the whole steps made so far.
@@ -107,7 +107,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     (5800, 1400000000)
 
     Args:
-        motion: the present motion; a motion that has ended stays ended.
+        motion: the current motion; a motion that has ended stays ended.
         now_ns: start of the stop, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
         deceleration_spmss: in steps/ms/s, above 0.
@@ -128,7 +128,7 @@ def change_speed(
     deceleration_spmss: Rate,
     shape: AnyShape,
 ) -> Motion:
-    """Plan a change to another speed, above or below the starting speed, and constant speed from then on.
+    """Plan a change to another speed, above or below the starting speed, followed by constant speed.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -191,7 +191,7 @@ def register(
 
 
 def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
-    """Plan the end of a motion as a move over a number of further whole steps, from its present speed.
+    """Plan the end of a motion as a move over a number of further whole steps, from its current speed.
 
     The motion accelerates to the programmed speed, or as far as the steps allow.
 
@@ -278,7 +278,7 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
     (2000, 4000, 6000000000)
 
     Args:
-        motion: the present motion, which must have an end.
+        motion: the current motion, which must have an end.
         now_ns: start of the ramp, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s, not above the motion's starting speed.
         deceleration_spmss: in steps/ms/s, above 0.
@@ -305,7 +305,7 @@ def _check_speed(speed_sps: int) -> None:
 
 
 def takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
-    """Return a course that continues a motion from `now_ns`, and its speed then in 1e-9 step/s."""
+    """Return a course that continues a motion from `now_ns`, and the speed at `now_ns` in 1e-9 step/s."""
     segment = motion.segment_at(now_ns)
     travel = segment.exact_travel_at(now_ns) * FINE
     if travel.denominator > FINEST:

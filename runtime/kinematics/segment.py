@@ -8,7 +8,7 @@ With u = t - start_ns and integers only:
     Quadratic   c3 = 0: constant rate
     Cruise      c3 = c2 = 0: constant speed
 
-The coefficients represent every fraction in a profile exactly. A step is made when travel reaches it. Because
+The coefficients represent every fraction in a profile exactly. A step occurs when travel reaches it. Because
 floor(n/q) >= m is equivalent to n >= m*q, integer arithmetic also finds the instant of a step exactly.
 """
 

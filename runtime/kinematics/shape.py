@@ -129,7 +129,7 @@ def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate,
     1200
 
     Args:
-        speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop has no ramp.
+        speed_msps: current speed, in 1e-3 step/s; at or below the starting speed a stop has no ramp.
         deceleration_spmss: programmed deceleration in steps/ms/s, above 0.
     """
     if speed_msps <= start_sps * MILLI:

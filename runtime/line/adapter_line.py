@@ -2,7 +2,7 @@
 
 drop_next     number of replies that will be lost, after the device has acted
 corrupt_next  number of replies that will have one flipped bit
-down          no byte passes in either direction, not even of a frame in transit
+down          no byte passes in either direction, not even the rest of a frame in transit
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Line(Protocol):
 
 
 class FaultyDevice:
-    """A device on a line that may fail; the attributes are described above."""
+    """A device on a line that can fail; the attributes are described above."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -96,7 +96,7 @@ class SimulatedLine(Line):
 
     Args:
         faults: the device, with the faults of its line.
-        bus: function that makes the transport for the bytes.
+        bus: function that creates the transport for the bytes.
     """
 
     def __init__(self, faults: FaultyDevice, bus: Callable[[FaultyDevice], Bus] = SerialBus) -> None:

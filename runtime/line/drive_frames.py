@@ -1,7 +1,7 @@
 """Requests to a networked drive over Modbus TCP, each with a function that reads its reply.
 
-A reply is matched to its request by transaction, unit and function, so a late reply never counts for another
-request.
+A reply is matched to its request by transaction, unit and function, so a late reply is never matched to
+another request.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
     crc=1/10     the last of every ten replies is damaged
     delay=200    each reply comes 200 ms later, until delay=0
     silence=on   the device receives and sends nothing until silence=off, as on a cut line
-    reset        the device's power goes off and on again
+    reset        the device's power is cycled
 
 A reply is all bytes that a device sends at one instant. A fault damages the last byte, which belongs to the
 checksum of a Modbus or PMC006 frame, or to the line end in AA ASCII.
@@ -146,7 +146,7 @@ class FaultInjector(Device):
 
 
 def _delay_ms(value: str) -> int:
-    """Return the delay of a reply, ms; raise a ValueError if it is no number or too long."""
+    """Return the delay of a reply, ms; raise a ValueError if it is not a number or is too long."""
     if not (value.isascii() and value.isdecimal() and int(value[:9]) <= DELAY_MAX_MS):
         raise ValueError(f"delay={value}: must be 0 to {DELAY_MAX_MS:,} ms")
     return int(value)

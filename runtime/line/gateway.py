@@ -72,14 +72,14 @@ class Gateway(Generic[Client]):
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the line's next event, or of the end of the present request."""
+        """Instant of the line's next event, or of the end of the current request."""
         instants = [self._line.next_wake_ns]
         if self._sent is not None:
             instants += [self._give_up_ns, self._frame_end_ns]
         return min((instant for instant in instants if instant is not None), default=None)
 
     def ask(self, request: GatewayRequest[Client]) -> bytes | None:
-        """Queue a request; return an exception if too many wait."""
+        """Queue a request; return an exception if too many are waiting."""
         if len(self._waiting) >= WAITING_MAX:
             return request.refused(BUSY)
         self._waiting.append(request)

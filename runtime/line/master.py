@@ -4,7 +4,7 @@
     gap_ns                         gap_ns
             sent_ns ------ patience ------> failed
 
-A late reply may arrive up to `LATE_NS` after the time limit, and may look like the reply to a later request.
+A late reply can arrive up to `LATE_NS` after the time limit, and can look like the reply to a later request.
 
 A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None if the exchange failed
 because the reply was missing, damaged or for another request. It yields a `LinePause` to wait, and `PUBLISH`
@@ -89,10 +89,10 @@ class Master:
     """Runs a script over a line.
 
     Attributes:
-        now_ns: the present time, which scripts read.
+        now_ns: the current time, which scripts read.
         published: whether the script has new results; the caller reads them and clears this flag.
         failures: number of failed exchanges.
-        line_format: the present format of the line.
+        line_format: the current format of the line.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:
@@ -112,12 +112,12 @@ class Master:
 
     @property
     def overdue(self) -> int:
-        """Number of missing replies that may still arrive."""
+        """Number of missing replies that can still arrive."""
         self._late_until_ns = [instant_ns for instant_ns in self._late_until_ns if instant_ns > self.now_ns]
         return len(self._late_until_ns)
 
     def expect_nothing_late(self) -> None:
-        """Expect no late replies, since the device lost its requests, or replies identify their requests."""
+        """Expect no late replies, because the device lost its requests or replies identify their requests."""
         self._late_until_ns.clear()
 
     def wake(self) -> None:
@@ -175,7 +175,7 @@ class Master:
     def _end_wait(self, request: LineRequest) -> None:
         """Resume the script with the reply, or with None if the bytes are not exactly one reply.
 
-        A missing reply counts as a failure, and may arrive late.
+        A missing reply counts as a failure, and can still arrive late.
         """
         reply = request.read(bytes(self._received))
         if isinstance(reply, Reply):

@@ -26,7 +26,7 @@ ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE, DEVICE_BUSY = 1, 2, 3
 """Exception codes [Modbus V1.1b3, chapter 7]."""
 
 WRITE_BITS_MAX, WRITE_WORDS_MAX, WRITE_AND_READ_MAX = 1968, 123, 121
-"""Most coils for 0Fh, registers for 10h, and registers written by 17h; pymodbus has higher limits or none."""
+"""Maximum coils for 0Fh, registers for 10h, and registers written by 17h; pymodbus allows more."""
 
 
 class ModbusRefusedError(ValueError):
@@ -59,7 +59,7 @@ class GuardedDecoder(DecodePDU):
 
 
 def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
-    """Return whether the bytes are exactly those of the PDU, with correct counts."""
+    """Return whether the bytes encode exactly this PDU, with correct counts."""
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may contain unused bits
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MAX and pdu.byte_count == size == pdu.data_byte_count

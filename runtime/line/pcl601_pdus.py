@@ -1,6 +1,6 @@
 """Modbus requests to a PCL601, and its answer to function 11h.
 
-An answer with a correct checksum may still belong to another master's request, or to an earlier request, so
+An answer with a correct checksum can still belong to another master's request, or to an earlier request, so
 function, length, byte count and echo are also compared.
 """
 

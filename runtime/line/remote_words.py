@@ -9,7 +9,7 @@ For a 3601:
     03, 04   reads        06, 10  writes        17  writes and then reads
 
 A write of all output words is an exchange, in which they change together. A write of fewer words is *torn*,
-since the module may see half a command. A torn write is carried out and counted, or refused with exception
+since the module might see half a command. A torn write is carried out and counted, or refused with exception
 02h. Counts are checked before addresses, with exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
 """
 
@@ -38,7 +38,7 @@ class RemoteWords:
         heard_ns: instant of the latest write that was carried out, or None before the first one.
 
     Args:
-        inputs: function that returns the module's present input words, 0 to 65,535.
+        inputs: function that returns the module's current input words, 0 to 65,535.
         size: number of output words.
         whole: whether to refuse torn writes.
     """
@@ -75,7 +75,7 @@ class RemoteWords:
         return pdus.reply_to_write(request)
 
     def _write(self, now_ns: int, first: int, values: Sequence[int]) -> None:
-        """Write output words, and count the exchange; count or refuse a torn one."""
+        """Write output words, and count the exchange; count or refuse a torn write."""
         if first + len(values) > len(self.outputs):
             raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         is_torn = len(values) < len(self.outputs)

@@ -7,7 +7,7 @@ characters within a frame makes it invalid:
 
 TCP, pseudo-terminals and USB adapters do not keep this timing. There, a frame is complete when as many bytes
 as its function requires have arrived and its CRC is correct, regardless of pauses. Silence only
-resynchronizes: the bytes after it may complete the frame before it, or begin a new frame:
+resynchronizes: the bytes after it either complete the frame before it, or begin a new frame:
 
     addr func da   ....   ta crc crc               one frame
     addr func      ....   addr func data crc crc   a fragment that is dropped, and a frame
@@ -116,14 +116,14 @@ class Framer:
         return [data] if is_frame(data) and not spoilt else []
 
     def clear(self) -> None:
-        """Drop the bytes of the present frame."""
+        """Drop the bytes of the current frame."""
         self._buffer.clear()
         self._starts.clear()
         self._spoilt, self._is_quiet = False, True
         self.deadline_ns = None
 
     def _take(self, *, final: bool) -> Iterator[bytes]:
-        """Yield the complete frames, and keep bytes that may begin another frame.
+        """Yield the complete frames, and keep bytes that could begin another frame.
 
         Args:
             final: whether a silence has passed; if so, also find frames after bytes that are unlikely to
@@ -180,7 +180,7 @@ class Framer:
 
 
 def _frame_at(buffer: bytes, offset: int) -> bytes | None:
-    """Return the frame at an offset, b"" if there is none, or None if more bytes may complete one."""
+    """Return the frame at an offset, b"" if there is none, or None if more bytes could complete one."""
     length = _length(buffer, offset)
     if length is None or offset + length > len(buffer):
         return b"" if length is not None and length > FRAME_MAX else None
@@ -189,7 +189,7 @@ def _frame_at(buffer: bytes, offset: int) -> bytes | None:
 
 
 def _may_be_head(data: bytes) -> bool:
-    """Return whether bytes may begin a frame: a known function, and a byte count that fits the quantity."""
+    """Return whether bytes could begin a frame: a known function, and a byte count that fits the quantity."""
     head = data[1:]
     if len(head) == COUNT_AT and head[0] in COUNTED:
         quantity = int.from_bytes(head[3:5], "big")

@@ -67,7 +67,7 @@ class Device(Protocol):
 
     @property
     def line_format(self) -> LineFormat:
-        """The present format of its characters."""
+        """The current format of its characters."""
 
     @property
     def next_wake_ns(self) -> int | None:
@@ -190,7 +190,7 @@ class SerialBus:
                 device.receive(self.now_ns, data)
 
     def _advance(self, index: int) -> None:
-        """Advance a device to the present instant, and queue what it sends."""
+        """Advance a device to the current instant, and queue what it sends."""
         device = self.devices[index]
         data = device.advance(self.now_ns)
         if data:

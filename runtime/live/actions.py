@@ -34,7 +34,7 @@ DRAFT_MOST = 60_000
 """Longest text of a program that a page edits, in bytes of JSON. A message has up to 64 KiB."""
 
 RUNGS_MOST = 200
-"""Maximum number of replaced rungs in a draft. All of them are checked and drawn for the page at once."""
+"""Maximum number of rung texts in a draft. All of them are checked and drawn for the page at once."""
 
 DEEPEST = 8
 """Maximum nesting of lists and objects in a message."""
@@ -54,7 +54,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Mode(Action):
-    """Turn the CPU's key to "run", "program" or "test"."""
+    """Turn the controller's key to "run", "program" or "test"."""
 
     mode: str
 
@@ -227,11 +227,11 @@ ACTIONS: Mapping[str, type[Action]] = {
 """The actions that a page may send, by name."""
 
 TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft, "online": Online}
-"""Actions on the program's text that a page may send, by name. A recording contains only the resulting edits.
+"""Actions on the program's text that a page may send, by name. A trace contains only the resulting edits.
 """
 
 RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
-"""The actions that a recording may contain, by name."""
+"""The actions that a trace can contain, by name."""
 
 NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 

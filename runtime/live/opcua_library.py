@@ -24,7 +24,7 @@ binary: Any = _Lazy("asyncua.ua.ua_binary")
 
 
 def status(code: str) -> Any:
-    """Return the status with a code, given the code's name."""
+    """Return the status for the name of its code."""
     return ua.StatusCode(getattr(ua.StatusCodes, code))
 
 

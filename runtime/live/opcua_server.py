@@ -38,7 +38,7 @@ INTERVAL_MS, SLOWEST_MS = 50.0, 3_600_000.0
 """Shortest and longest publishing interval, ms."""
 
 ITEMS_MOST, SUBSCRIPTIONS_MOST, QUEUE_MOST = 20_000, 100, 100
-"""Most monitored items and subscriptions for all clients together, and most queued values per item."""
+"""Maximum monitored items and subscriptions for all clients together, and maximum queued values per item."""
 
 MESSAGE_MOST, CHUNK_MOST = 1 << 24, 1 << 16
 """Maximum number of bytes in a message, and in one of its chunks."""
@@ -47,20 +47,20 @@ UNSENT_MOST, CLOSING_S = MESSAGE_MOST, 5.0
 """Limits for a slow client: unread bytes, and the time, s, to read them before its connection ends."""
 
 TIDY_S = 2.0
-"""Delay, s, from the end of a connection until its memory is released, together with others that ended."""
+"""Delay, s, before the memory of ended connections is released together."""
 
 PENDING_MOST, ACTIVATION_S = 32, 10.0
 """Maximum waiting requests per client, and time limit, s, for a connected client to open a session."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Most bytes that one exchange reads. A larger read takes several exchanges, each after another scan."""
+"""Maximum bytes that one exchange reads. A larger read needs several exchanges, one per scan."""
 
 
 class OpcUaServer:
     """A tag server on a listening socket.
 
     Args:
-        process: carries out the reads and writes in requests; it may block.
+        process: carries out the reads and writes in requests; a call can block.
     """
 
     def __init__(self, listening: socket.socket, process: ScanProcess) -> None:
@@ -165,7 +165,7 @@ class OpcUaServer:
     # --- sessions
 
     def _hook_sessions(self) -> None:
-        """Replace asyncua's services of each new session by those of this package."""
+        """Replace asyncua's services in each new session with the services of this package."""
         create = self._inner.create_session
 
         def created(name: Any, *more: Any, **named: Any) -> Any:

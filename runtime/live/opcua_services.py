@@ -34,7 +34,7 @@ Service = Callable[..., Awaitable[Any]]
 
 
 def limit_operations(session: Any) -> None:
-    """Refuse a session's requests if they contain too many operations or none."""
+    """Refuse a session's requests if they contain too many operations, or no operations."""
 
     def limited(service: Service, name: str) -> Service:
         """Wrap a service that has its operations in the field `name`, see `LISTS`."""

@@ -43,7 +43,7 @@ class TagNode:
 
     Attributes:
         attribute: asyncua's value attribute of the node.
-        data: bytes of the present value, or None before the first read.
+        data: bytes of the current value, or None before the first read.
     """
 
     def __init__(self, variable: Variable, node_id: Any, attribute: Any) -> None:
@@ -235,7 +235,7 @@ class TagSpace:
     # --- values
 
     async def store(self, nodes: Iterable[TagNode], results: Iterable[bytes | None]) -> None:
-        """Store values read at one instant; None = the tag was not read, and keeps its value."""
+        """Store values that were read at one instant; a tag with None was not read, and keeps its value."""
         now = datetime.now(UTC)
         for node, data in zip(nodes, results, strict=True):
             if data is None:

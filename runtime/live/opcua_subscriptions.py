@@ -136,7 +136,7 @@ class Subscriptions:
     def _filter_refusal(self, target: Any, item_filter: Any) -> str:
         """Return the name of the status that refuses a filter, or "" if the filter is allowed.
 
-        Values may have a filter of changes, with an absolute deadband if they are single numbers.
+        Values can have a data change filter, with an absolute deadband if they are single numbers.
         """
         kind = type(item_filter).__name__  # asyncua decodes some filters as its own classes
         if target.AttributeId == ua.AttributeIds.EventNotifier:

@@ -2,12 +2,12 @@
 
     scan          n           n+1
     time          t           t + period
-    action        | applied   its scan, in the recording
+    action        | applied   its scan, in the trace
     a switch      | closes while the modules are at time t
 
 An action's event has the number of the following scan, n + 1, and the time at which the action takes effect,
 t. Actions on the session itself, such as a pause, only produce an event; they do not change any image.
-Repeating the actions of a recording therefore produces the same images.
+Repeating the actions in a trace therefore produces the same images.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ class OperatorActions:
         self._writable_tags(action.tag).tags[action.tag] = action.value
 
     def _store(self, action: actions.Store, _at_ns: int) -> None:
-        """Set bytes of an output image or of a tag, for a client; bits that are 1 in `keep` stay."""
+        """Set bytes of an output image or of a tag, for a client; bits that are 1 in `keep` do not change."""
         data, keep = bytes.fromhex(action.data), bytes.fromhex(action.keep)
         slot = output_slot(action.tag)
         if slot is not None and slot in self._rack.slots:
@@ -221,7 +221,7 @@ _HANDLERS: Mapping[type[Action], Callable[[OperatorActions, Any, int], str | Non
     actions.InjectFault: OperatorActions._inject_fault,
     actions.Edit: OperatorActions._edit,
 }
-"""Handlers for actions that change the rack. Each returns a different sentence for the event, or None."""
+"""Handlers for actions that change the rack. Each returns None, or a sentence to replace the default one."""
 
 
 _LEVELS = {True: "energized", False: "de-energized", None: "left to the machine"}

@@ -215,7 +215,7 @@ class Records:
 
     @property
     def oldest(self) -> int:
-        """Position at which a new reader begins: the first record, or the next one if it may be lost."""
+        """Position at which a new reader begins: 0, or `end` if the first record may be lost."""
         return 0 if self.end <= self._margin else self.end
 
     def write(self, record: bytes) -> bool:
@@ -254,7 +254,7 @@ class Records:
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
-        """Return the bytes between two positions, which may go past the end of the buffer."""
+        """Return the bytes between two positions, which can wrap around the end of the buffer."""
         begin, stop = since % self._size, end % self._size
         if end == since:
             return b""

@@ -31,7 +31,7 @@ Reply = Callable[[Mapping[str, object]], None]
 """Function that sends an answer to the page of the request: an object with the key `ok` or `refused`."""
 
 PAGE_ACTIONS = {**actions.ACTIONS, **actions.TYPED}
-"""Actions that a monitor may pass on from a page, by name."""
+"""Actions that a monitor can pass on from a page, by name."""
 
 
 class Inbox(Protocol):
@@ -188,7 +188,7 @@ class Session:
                 raise self._fault
 
     def end(self) -> None:
-        """End the session between two scans; may be called from a signal handler."""
+        """End the session between two scans; can be called from a signal handler."""
         self.over = True
         self._cpu.stop()
 
@@ -223,13 +223,13 @@ class Session:
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def attend_scan(self, at_ns: int, scan: int) -> None:
-        """Check the breakpoints and carry out actions; called after a scan if there are any of either."""
+        """Check breakpoints and carry out actions; called after a scan only if there are any."""
         if self.state.breakpoints:
             self._check_breakpoints()
         self.obey_all(at_ns, scan)
 
     def _check_breakpoints(self) -> None:
-        """Take the breakpoints that the latest scan has met, and pause unless scans are being repeated."""
+        """Collect the breakpoints that the latest scan reached, and pause unless scans are being repeated."""
         if self.stops is None:
             return
         stops, self.state.ran = self.stops.stops, self.stops.ran
@@ -328,7 +328,7 @@ class Session:
     # --- handlers: one action each
 
     def _pause(self, _action: object = None) -> None:
-        """Stop after the present scan; this ends a step."""
+        """Stop after the current scan; this ends a step."""
         self._refuse_if_live("pause")
         self.state.paused = True
         self._end_step()
@@ -336,7 +336,7 @@ class Session:
         self._show()
 
     def _continue(self, _action: object) -> None:
-        """End the pause and the present step."""
+        """End the pause and the current step."""
         self.state.paused = False
         self.state.met = []
         self._end_step()
@@ -349,7 +349,7 @@ class Session:
         self._cpu.stop()
 
     def _end_step(self, refusal: str = "") -> None:
-        """End the present step, complete or not, and answer it; do nothing if there is no step."""
+        """End the current step, complete or not, and answer it; do nothing if there is no step."""
         self._step_end = None
         if self._step_answer is not None:
             answer, self._step_answer = self._step_answer, None
@@ -371,7 +371,7 @@ class Session:
             self.state.breakpoints.append(action.at)
 
     def _unbreak(self, action: actions.RemoveBreakpoint) -> None:
-        """Remove a breakpoint, or all; the program keeps one that another text also names."""
+        """Remove a breakpoint, or all; the program keeps a breakpoint that another text also names."""
         if action.at == ALL:
             self._debugger().clear_breakpoints()
             self.state.breakpoints = []

@@ -3,4 +3,4 @@
 SPEED_LEAST, SPEED_MOST = 0.01, 1000.0
 
 MAX = "max"
-"""Used in place of the factor if a session runs as fast as possible."""
+"""Replaces the factor if a session runs as fast as possible."""

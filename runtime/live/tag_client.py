@@ -16,7 +16,7 @@ RECEIVED_MOST = 1 << 13
 """Maximum number of bytes read from a client before the other clients get their turn."""
 
 UNREAD_MOST = 1 << 16
-"""Maximum number of reply bytes that a client may leave unread."""
+"""Maximum number of reply bytes that a client can leave unread."""
 
 INCOMPLETE_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
 """Time limits for a connection with an incomplete frame, and for a silent connection."""

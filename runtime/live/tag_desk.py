@@ -55,7 +55,7 @@ class TagDesk(QuietListener):
         version: version number of the program, 1 or more.
         exchanges: number of answers so far.
         spent_ns: total wall time spent on answers.
-        on_hold: whether requests wait because a recording's actions are being repeated.
+        on_hold: whether requests wait because a trace's actions are being repeated.
     """
 
     def __init__(

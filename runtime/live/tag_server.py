@@ -1,6 +1,7 @@
 """The process of a tag server: its sockets and client sessions; see `runtime.tag_servers`.
 
-One waiting packet from each client goes to the scan process, which answers all of them at one instant. Thus a
+The server passes one waiting packet from each client to the scan process, which answers all of them at one
+instant. Thus a
 client delays another client by at most the time of one packet.
 """
 
@@ -32,7 +33,7 @@ BATCH_BYTES = AREA_BYTES // 4
 """Maximum number of bytes read and written in one exchange with the scan process."""
 
 OPERATION_BYTES = 512
-"""Minimum bytes that each read or write counts as, so that an exchange with many small ones stays short."""
+"""Minimum bytes counted for each read or write, so that an exchange of many small ones stays short."""
 
 RESET_AT_CLOSE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 """An SO_LINGER option of 0 s, which resets a connection when its socket is closed."""
@@ -51,7 +52,7 @@ ScanExchange = Callable[[list[Packet]], ExchangeResults | None]
 
 
 def _bytes_of(operation: Operation) -> int:
-    """Return the number of bytes for which an operation counts in a batch."""
+    """Return the number of bytes that an operation counts as in a batch."""
     size = operation.size if isinstance(operation, ReadBytes) else 2 * len(operation.data)
     return max(size, OPERATION_BYTES)
 
@@ -132,7 +133,7 @@ class TagServer:
     # --- clients
 
     def _accept(self) -> None:
-        """Accept a client; close its connection if there is no place for it."""
+        """Accept a client, or close its connection if the server is full."""
         try:
             connection, address = self._listening.accept()
         except OSError:
@@ -166,7 +167,7 @@ class TagServer:
             self._drop(client, str(error))
 
     def _send(self, client: Client, data: bytes) -> None:
-        """Send bytes to a client; while some are unsent, wait until it can take more."""
+        """Send bytes to a client; while some are unsent, wait until the client can accept more."""
         writes = 0 if client.send(data) else selectors.EVENT_WRITE
         if self._selector.get_key(client.socket).events != selectors.EVENT_READ | writes:
             self._selector.modify(client.socket, selectors.EVENT_READ | writes)

@@ -30,7 +30,7 @@ SCANS_PER_CHECK = 16
 
 
 class Notes(Protocol):
-    """What a monitor needs, in addition to the rows, to rerun a program's scans."""
+    """The notes that a monitor needs, in addition to the rows, to rerun a program's scans."""
 
     def must_note(self) -> bool:
         """Whether `note` must be called for the latest scan; called after every scan."""
@@ -180,7 +180,7 @@ class Tap(QuietListener):
         self.send({"forces": {"scan": self.session.scan, "forces": self._forces}})
 
     def send(self, message: Mapping[str, object]) -> None:
-        """Send a message to the monitor, after the rows of earlier scans; too long a message is lost."""
+        """Send a message to the monitor, after the rows of earlier scans; an overlong message is lost."""
         self._write()
         self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
 

@@ -10,6 +10,6 @@
 | `pace`, `realtime`, `module_options` | wall clock and watchdog, real-time requests, module options |
 
 This is the lowest layer of `runtime`. It accesses modules only through the contract in `module`, and takes
-images and their names from `io_images`. It does not depend on programs or recordings: logic is a function,
-and a recorder is a listener.
+images and their names from `io_images`. It does not depend on programs or traces: logic is a function, and a
+recorder is a listener.
 """

@@ -6,7 +6,7 @@
 
 Between two events of a module, position and count are closed forms of time. A `ForeseeingModule` returns the
 instant of the next event and, in one call, its changing words for all scans until then. The other words of a
-row keep their present values. A scan then copies a row into the rack's memory instead of updating the
+row keep their current values. A scan then copies a row into the rack's memory instead of updating the
 modules.
 
 Rows are valid as long as nothing acts on a module. New outputs are detected when the memory after the logic
@@ -80,7 +80,7 @@ class RackPrediction:
         possible: whether all modules can predict. If not, nothing is predicted.
 
     Args:
-        sent: the output images in force, in slot order.
+        sent: the output images in effect, in slot order.
     """
 
     def __init__(self, rack: Rack, sent: Sequence[Image]) -> None:
@@ -135,7 +135,7 @@ class RackPrediction:
         return rows
 
     def _present(self, latest_ns: int) -> bytes:
-        """Return the present memory with the modules' own inputs in place of forced ones."""
+        """Return the current memory with the modules' own inputs in place of forced ones."""
         present = bytearray(self._memory)
         for inputs, module, outputs in zip(self._inputs, self._modules, self._sent, strict=True):
             present[inputs] = module.update(latest_ns, outputs).raw
@@ -163,7 +163,7 @@ class Patience:
         self.most_rows = self.FEWEST_ROWS  # maximum rows of a block while an axis moves
 
     def not_calm(self, scans: int) -> None:
-        """Wait because the next event comes in `scans` scans; 0 = unknown."""
+        """Wait, because the next event is due in `scans` scans; 0 = unknown."""
         self.wait = scans + 1 if scans else min(2 * self.wait, self.longest_wait)
 
     def ended(self, used: int, count: int) -> None:

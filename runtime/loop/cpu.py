@@ -191,7 +191,7 @@ class Cpu:
                 self._scanning = False
 
     def exchange_early(self) -> bool:
-        """Carry out now, while the logic is running, the exchange that precedes the next scan.
+        """While the logic is running, carry out the exchange that precedes the next scan.
 
         After this call the logic sees the new inputs. A CompactLogix does not wait for the end of a scan to
         exchange images either. The exchange does not send the outputs of this scan.
@@ -203,7 +203,7 @@ class Cpu:
         return self._phases.exchange_early()
 
     def stop(self) -> None:
-        """Make `run` return after the present scan; may be called from a signal handler."""
+        """Make `run` return after the current scan; may be called from a signal handler."""
         self._ahead.stop()
 
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:

@@ -1,8 +1,8 @@
 """The exchange of images across the backplane, between the rack's memory and the modules.
 
 End of scan (MicroLogix): inputs are read at the beginning of a scan, and outputs are sent at its end. A scan
-takes no virtual time, so the outputs of scan n are in force from the instant of scan n on, and scan n + 1
-sees the module after one period with these outputs.
+takes no virtual time, so the outputs of scan n take effect at the instant of scan n. Scan n + 1 sees the
+module after one period with these outputs.
 
     scans      n ------------- n+1 ------------ n+2
     outputs    |   of scan n   |  of scan n+1   |
@@ -45,7 +45,7 @@ class Exchange(ABC):
     __slots__ = ("_lines", "_memory", "_prediction", "_rack", "_sent")
 
     def attach(self, rack: Rack) -> None:
-        """Connect to a rack's memory and modules; the outputs in force are 0."""
+        """Connect to a rack's memory and modules; the outputs in effect are 0."""
         self._rack, self._memory = rack, rack.memory
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
@@ -64,7 +64,7 @@ class Exchange(ABC):
         """Inform the modules that the PLC is running, at the time when the latest outputs are sent."""
 
     def stop(self) -> None:
-        """Inform the modules immediately that the PLC is not running; the latest outputs stay in force."""
+        """Inform the modules immediately that the PLC is not running; the latest outputs stay in effect."""
         _set_modules_running(self._rack, False)
 
     def call_before_change(self, notice: Callable[[], None]) -> None:
@@ -94,7 +94,7 @@ class Exchange(ABC):
 
 
 Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
-"""The connection of one module: its `update`, its outputs in force, and the memory of its inputs."""
+"""The connection of one module: its `update`, its outputs in effect, and the memory of its inputs."""
 
 
 class EndOfScan(Exchange):

@@ -201,7 +201,7 @@ class ExposedModule(Module):
         self._latest_outputs.load(outputs)
 
     def _advance(self, now_ns: int, outputs: Image) -> Image:
-        """Advance the module; until the late words of a torn update arrive, it gets the torn outputs."""
+        """Advance the module; until the late words of a torn update arrive, it receives the torn outputs."""
         if self._now_ns < self._late_ns < now_ns:
             self.module.update(self._late_ns, self._torn_outputs)
             self._now_ns = self._late_ns
@@ -221,7 +221,7 @@ class ExposedModule(Module):
         self.events.append(fault_event(act.at_ns, kind, begins=begins, state=state))
 
     def _change_faults(self, kind: FaultKind, *, begins: bool) -> None:
-        """Add or remove a present fault, and show the worst one; a power cycle resets a fatal error."""
+        """Add or remove an active fault, and show the worst one; a power cycle resets a fatal error."""
         if kind is FaultKind.POWER_CYCLE:
             self._faults.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
@@ -233,7 +233,7 @@ class ExposedModule(Module):
         self._show_worst_fault()
 
     def _show_worst_fault(self) -> None:
-        """Put the module into its worst present fault, or end its faults.
+        """Put the module into its worst active fault, or end its faults.
 
         A fatal error ends with a power cycle of the module.
         """

@@ -80,7 +80,7 @@ class Forces:
         self._changed()
 
     def clear(self) -> None:
-        """Release everything from the next scan on."""
+        """Release all words and bits from the next scan on."""
         self._values.clear()
         self._changed()
 

@@ -1,4 +1,4 @@
-"""Injected faults of a module or the CPU, such as a power loss, a lost link or a torn update.
+"""Injected faults of a module or the controller, such as a power loss, a lost link or a torn update.
 
     scan               n          n+1         n+2
     outputs written    A          B           B
@@ -24,7 +24,7 @@ class FaultKind(Enum):
     """The kind of an injected fault."""
 
     POWER_CYCLE = "power-cycle"
-    """The module loses power and gets it back immediately."""
+    """The module loses power and regains it immediately."""
     LINK_LOST = "link-lost"
     """See `runtime.loop.module_fault`."""
     REMOVED = "removed"
@@ -36,7 +36,7 @@ class FaultKind(Enum):
     TORN_UPDATE = "torn-update"
     """The next change of the outputs arrives in two updates; some words arrive one update late."""
     PROGRAM_MODE = "program-mode"
-    """The CPU's key is turned to program, and later back to run."""
+    """The controller's key is turned to program, and later back to run."""
     LINE_DOWN = "line-down"
     """The line between an adapter and its controller is open, so nothing arrives in either direction."""
     REPLIES_LOST = "replies-lost"
@@ -44,7 +44,7 @@ class FaultKind(Enum):
     REPLIES_DAMAGED = "replies-damaged"
     """Replies from an adapter's controller arrive with one bit flipped."""
     CONTROLLER_POWER_CYCLE = "controller-power-cycle"
-    """An adapter's controller loses power and gets it back immediately; the adapter keeps its power."""
+    """An adapter's controller loses power and regains it immediately; the adapter keeps its power."""
     CONDITION = "condition"
     """The environment of a networked drive changes, such as an input or a temperature; see `state`."""
 
@@ -68,7 +68,7 @@ ON_THE_LINE = frozenset(
 """Faults between an adapter and its controller."""
 
 LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
-"""Module faults that may have a duration."""
+"""Module faults that can have a duration."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,7 +52,7 @@ ROWS_AT_ONCE = 4096
 class RowListener(ScanListener, Protocol):
     """A listener that can also receive many scans together, while only the modules' inputs change.
 
-    These scans have no events. Their outputs are the same as in the scan before.
+    These scans have no events. Their outputs are the same as in the previous scan.
     """
 
     @property
@@ -112,7 +112,7 @@ class Listeners:
         self._sort()
 
     def _sort(self) -> None:
-        """Find out whether all listeners can receive rows."""
+        """Determine whether all listeners can receive rows."""
         receivers = [listener for listener in map(by_rows, self.listeners) if listener is not None]
         self._by_rows = receivers if len(receivers) == len(self.listeners) else None
 
@@ -141,7 +141,7 @@ class Listeners:
         return min([ROWS_AT_ONCE, *(listener.begin_rows(scan) for listener in self._by_rows)])
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
-        """Pass on successive finished scans."""
+        """Pass on successive finished scans together."""
         for listener in self._by_rows or ():
             self.called_last = listener
             listener.rows(scans, times, flags, images)

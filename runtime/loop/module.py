@@ -29,14 +29,14 @@ class Module(Protocol):
     """Events in chronological order; the scan loop clears the list."""
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to `now_ns` with `outputs` in force since the last call; return the input image.
+        """Advance to `now_ns` with `outputs` in effect since the last call; return the input image.
 
         The result must not depend on the number of calls: one long advance and several short ones must return
         the same images at the same instants.
 
         Args:
             now_ns: virtual time, ns since power-up; never less than in the previous call.
-            outputs: the output image in force since the previous call (since
+            outputs: the output image in effect since the previous call (since
                 power-up in the first call). The module must not keep a reference to it.
 
         Returns:
@@ -73,7 +73,7 @@ class ForeseeingModule(Module, Protocol):
         """Return the instant before which the module has no event.
 
         Args:
-            outputs: the output image, which stays in force.
+            outputs: the output image, which stays in effect.
 
         Returns:
             The instant, ns; if it is unknown, an instant not later than the last `update`.

@@ -18,7 +18,7 @@ class Options(BaseModel):
     """Base class of options. A subclass declares the name, type, range and default of each option.
 
     Raises:
-        ValueError: a name is unknown, or a value is illegal. The message lists what is allowed.
+        ValueError: a name is unknown, or a value is illegal. The message lists the allowed names or values.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
@@ -62,7 +62,7 @@ class Options(BaseModel):
 
 
 def _problem(field: FieldInfo, details: ErrorDetails) -> str:
-    """Return what is wrong with the value of an option, and what is allowed."""
+    """Return the problem with an option's value, and the allowed values, as text."""
     value = details["input"]
     if get_origin(field.annotation) is Literal:
         return f"{value!r} is not allowed: {', '.join(map(str, get_args(field.annotation)))}"

@@ -37,7 +37,7 @@ TICKS_PER_LIMIT = 4
 
 
 LATE_FROM_NS = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000, 100_000_000)
-"""Bounds, ns, of the delays by which late scans are counted. A scan up to the first bound is on time."""
+"""Bounds, ns, of the delays for counting late scans. A scan delayed up to the first bound is on time."""
 
 SPIN_SHARE = 10
 """The longest wait without sleep is the period divided by this number, but at most `SPIN_MAX_NS`."""
@@ -107,7 +107,7 @@ class RealTime(Pacer):
     Args:
         spin: whether to sleep only until shortly before a scan is due, and then poll the clock. This uses at
             most a tenth of a processor, and scans begin within a few microseconds of their due time.
-        sleep: function that waits up to a number of seconds; it may do other work in the meantime.
+        sleep: function that waits up to a number of seconds; it can do other work in the meantime.
     """
 
     free = False
@@ -155,7 +155,7 @@ class RealTime(Pacer):
         self.beat()
 
     def _wait_until(self, due_ns: int, now_ns: int) -> int:
-        """Sleep, and perhaps poll the clock, until an instant; return the time afterwards."""
+        """Sleep, and perhaps poll the clock, until an instant; return the time after that."""
         sleep_ns = due_ns - self._spin_ns - now_ns
         if sleep_ns > 0:
             self._sleep(sleep_ns / 1e9)
@@ -166,10 +166,10 @@ class RealTime(Pacer):
 
 
 class AdjustablePace(RealTime):
-    """Pacing by the wall clock, at a speed that may change between two scans.
+    """Pacing by the wall clock, at a speed that can change between two scans.
 
     In slow motion, a delay is measured in machine time: 1 ms on the clock is 0.1 ms at a tenth of the speed.
-    At full speed this pacer is free, and modules may be computed in advance, as without a session. The CPU
+    At full speed this pacer is free, and modules can be computed in advance, as without a session. The CPU
     reads the speed when it prepares the next scans.
 
     Args:
@@ -289,7 +289,7 @@ class Watchdog:
         """Watch the logic within the context.
 
         Args:
-            scan: returns the number of the present scan.
+            scan: returns the number of the current scan.
             inside: the functions that call the logic; while one of them is on the stack, the logic runs.
         """
         if self.limit_ns == 0 or not _in_main_thread():

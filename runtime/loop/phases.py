@@ -101,7 +101,7 @@ class ScanPhases:
         self._announced: list[Event] = []
 
     def input_latch(self) -> None:
-        """Advance the modules to the present instant and read their inputs."""
+        """Advance the modules to the current instant and read their inputs."""
         self.view.updated = self._exchange.latch_inputs(self.view.now_ns)
 
     def input_forces(self) -> None:
@@ -177,7 +177,7 @@ class ScanPhases:
         self._announced.append(event)
 
     def exchange_early(self) -> bool:
-        """Carry out, in this scan, the exchange that precedes the next scan; return whether one is due."""
+        """In this scan, carry out the exchange before the next scan; return whether one is due."""
         due = self._exchange.exchange_early(self.view.now_ns + self.view.period_ns)
         if due and self._forces.on_inputs:
             self._forces.apply_inputs()

@@ -4,7 +4,7 @@
     memory       mlockall      no page is swapped out
     collector    gc.freeze     garbage collection skips objects that exist at the start
 
-The system may refuse the first two. After a refusal, the run continues and reports the refusal with a remedy.
+The system can refuse the first two. After a refusal, the run continues and reports the refusal with a remedy.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ PRIORITY = 40
 """
 
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
-"""Flags of mlockall: present pages, later pages, and each page once it is in memory [mlock(2)]."""
+"""Flags of mlockall: current pages, later pages, and each page once it is in memory [mlock(2)]."""
 
 
 LIMITS = Path("/proc/self/limits")
-"""Linux's table of this process's limits: present limit, then maximum [proc_pid_limits(5)]."""
+"""Linux's table of this process's limits: current limit, then maximum [proc_pid_limits(5)]."""
 
 CAP_IPC_LOCK = 14
 """Number of the capability that allows locking memory without a limit [capabilities(7)]."""

@@ -59,7 +59,7 @@ def mode_name(mode: CpuMode) -> str:
 
 
 class LogicScan:
-    """The argument passed to the logic: the present scan, and the slots of the rack.
+    """The argument passed to the logic: the current scan, and the slots of the rack.
 
     Attributes:
         slot: the slots by number; `scan.slot[1].inputs` and `.outputs` are the images. Inputs are
@@ -102,7 +102,7 @@ class AttachedLogic(Protocol):
         """
 
     def __close_logic__(self) -> None:
-        """End unfinished work after the last scan; may be called twice."""
+        """End unfinished work after the last scan; can be called twice."""
 
 
 def attached(logic: object) -> AttachedLogic | None:

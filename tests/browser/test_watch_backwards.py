@@ -93,10 +93,10 @@ def test_a_recording_is_played(page, recording):
         page.open(f"{session.link}&scan=100")
         page.until_scan(100, "past")
         page.choose("Speed", "0.1")  # 148 s, so that a slow machine comes before the end
-        page.press("Go on")
+        page.press("Continue")
         until(lambda: int(page.handle("scan")) > 110)
         page.press("Pause")
-        assert page.control("Go on").is_enabled()
+        assert page.control("Continue").is_enabled()
         page.until_drawn()  # what it has requested has come
         until(lambda: stands(page))
         before = int(page.handle("scan"))

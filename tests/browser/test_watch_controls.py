@@ -52,7 +52,7 @@ def test_space_pauses_also_after_a_click_and_presses_what_tab_has_reached(page, 
     page.until_handle("state", "paused")
     page.run("arguments[0].focus()", page.control("Zoom in"))
     keys(page, "\ue004")  # Tab
-    page.run("arguments[0].focus()", page.control("Go on"))
+    page.run("arguments[0].focus()", page.control("Continue"))
     keys(page, " ")
     page.until_handle("state", "live")
 
@@ -136,7 +136,7 @@ def test_a_breakpoint_on_a_rung_pauses(page, paused):
     page.until_there("[data-at='Main.9']")
     page.press("Breakpoint on rung 9")  # BackGo
     page.until_there("[data-at='Main.9'][data-breakpoint]")
-    page.press("Go on")
+    page.press("Continue")
     until(lambda: "rung 9 is true" in page.run(NOTICE))
     assert page.handle("state") == "paused"
     until(lambda: page.power()["Main.9.2"] == "1")
@@ -145,7 +145,7 @@ def test_a_breakpoint_on_a_rung_pauses(page, paused):
     page.click("[data-at='Main.9']")
     body(page).send_keys("b")
     until(lambda: not page.run("return document.querySelector('[data-breakpoint]')"))
-    page.press("Go on")
+    page.press("Continue")
     page.until_handle("state", "live")
 
 
@@ -201,7 +201,7 @@ def test_pulses_of_one_scan_are_in_the_strip(page, tmp_path):
     )
     with watching(tmp_path / "rack.toml", "--paused", "--time-scale", "2") as session:
         page.open(session.link, paused=True)
-        page.press("Go on")
+        page.press("Continue")
         until(lambda: int(page.handle("scan") or 0) > scans[-1] + 20)
         page.run("document.querySelector('#strip .edges').parentElement.open = true")
         until(lambda: len(page.run(EDGES)) > 2 * len(scans))

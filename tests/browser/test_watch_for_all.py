@@ -106,7 +106,7 @@ def test_the_keyboard_reaches_every_control(opened):
         if not opened.run(missed, expected):
             break
     assert [html(each) for each in opened.run(missed, expected)] == []
-    opened.press("Go on")
+    opened.press("Continue")
 
 
 def test_instructions_are_chosen_with_arrows_and_enter(opened):

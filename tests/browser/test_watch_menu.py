@@ -113,7 +113,7 @@ def test_the_keyboard_reaches_the_menu_and_the_rung_says_what_it_waits_for(page,
     keys.send_keys("B").perform()
     until(lambda: page.run(STOP) == "9changes")
     assert page.run(f"{STOP_AT}.ariaDescription") == "Waits for: changes"
-    page.press("Go on")  # the toggle itself stops it at once, or the stroke's end does
+    page.press("Continue")  # the toggle itself stops it at once, or the stroke's end does
     until(lambda: "rung 9 is" in page.run("return document.getElementById('notice').textContent"))
     until(lambda: "OutGo is set to 0" in page.run("return document.getElementById('events').textContent"))
     assert (before, page.handle("state")) == ("1", "paused")

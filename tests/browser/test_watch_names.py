@@ -125,7 +125,7 @@ def test_the_past_of_a_rack_that_runs_has_its_speed_and_its_pause(page, feeder):
     page.press("Pause")
     until(lambda: not page.control("Pause").is_enabled() and page.run(speed) == "0×")
     page.until_scan(5, "past")
-    page.press("Go on")
+    page.press("Continue")
     page.until_handle("state", "live")
 
 

@@ -102,7 +102,7 @@ def test_a_function_has_values_at_its_lines_breakpoints_and_causes(page, rack):
         assert page.run(BESIDE, 1) == []
         assert page.run(CLIPPED) == []
         break_at(page, 12)
-        page.press("Go on")
+        page.press("Continue")
         page.until_scan(299, "paused")
         until(lambda: page.run(MARKED) == ["small.py.12"])
         assert "small.py line 12 has run" in page.run("return document.getElementById('notice').textContent")
@@ -124,7 +124,7 @@ def test_a_sequence_shows_the_line_that_waits_and_stops_at_one(page, rack):
         assert page.run(BESIDE, 12) == ["rounds7"]
         break_at(page, 12)
         page.press("Press go")
-        page.press("Go on")
+        page.press("Continue")
         until(lambda: page.run(MARKED) == ["small.py.11", "small.py.12"])
         assert page.handle("state") == "paused"
         until(lambda: page.run(BESIDE, 12) == ["rounds8"])
@@ -154,7 +154,7 @@ def test_a_function_shows_the_lines_that_ran_in_the_scan_shown_without_a_breakpo
         until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 12, 13)])
         page.step(1)
         until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 11)])
-        page.press("Go on")
+        page.press("Continue")
         until(lambda: page.run(RAN) == [])
         says = "return document.querySelector('.sheet p[role=status]').textContent"
         assert page.run(says) == "Pause, or go back, to see the lines that ran in a scan."
@@ -178,7 +178,7 @@ def test_a_value_that_changes_is_a_breakpoint(page, rack):
         page.open_at(session, 100)
         page.run("document.querySelector(\"[data-at='small.py.12'] .chip\").click()")
         page.press("Breakpoint")
-        page.press("Go on")
+        page.press("Continue")
         page.until_scan(299, "paused")
         until(
             lambda: (
@@ -196,6 +196,6 @@ def test_a_list_of_steps_shows_the_step_that_runs_what_ends_it_and_stops_at_one(
         assert waits == "program waits at line 4 for 400 ms since 00:00.006zero for 400 ms"
         page.run("document.querySelector(\"[data-at='small.steps.5'] .stop\").click()")
         page.until_there("[data-at='small.steps.5'][data-breakpoint]")
-        page.press("Go on")
+        page.press("Continue")
         until(lambda: page.run(MARKED) == ["small.steps.5"])
         assert page.handle("state") == "paused"

@@ -26,7 +26,7 @@ def test_the_line_obeys_the_hand_at_the_panel(page, panel):
     with watching(panel, "--paused", "--time-scale", "3") as session:
         page.open(session.link, paused=True)
         page.press("Press start")
-        page.press("Go on")
+        page.press("Continue")
         flag = until(lambda: page.run(TARGET))  # it homes at -1,300 of the shaft: station 4,000 is at 2,700
         until(lambda: page.value("1.shaft") == "2700" and page.run(PLACE, "cart") == flag)
         until(lambda: page.run(PLACE, "known") == page.run(PLACE, "cart"))

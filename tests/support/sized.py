@@ -26,7 +26,7 @@ class Repeater:
         self._now_ns = 0
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Go on to an instant with these outputs; return the inputs of that instant."""
+        """Continue to an instant with these outputs; return the inputs of that instant."""
         if not outputs.bit(self._last, 0):
             self._since_ns = None
         elif self._since_ns is None:

@@ -143,7 +143,7 @@ def film(look: Look) -> None:
         look.step(1)
         look.until_there("svg.rung")
         look.until_scan(0, "paused")
-        look.press("Go on")
+        look.press("Continue")
         now_s = 0.0
         while now_s < FILM_TO_S:
             now_s = int(look.handle("time-ns") or 0) / 1e9

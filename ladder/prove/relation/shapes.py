@@ -1,4 +1,4 @@
-"""Comparable forms of program parts; equal forms mean equal parts, regardless of location.
+"""Comparable forms of program parts. Two parts with equal forms are equal, regardless of their location.
 
 A part of an unknown kind equals only itself.
 """
@@ -16,7 +16,7 @@ from ...state.lowered import LoweredLine, LoweredProgram, LoweredRoutine, Lowere
 
 
 def shape_of(part: Any) -> Hashable:
-    """Return the form of a part as nested tuples; an unknown part itself, if it is hashable."""
+    """Return the form of a part as nested tuples; a hashable part of an unknown kind is its own form."""
     if part is None or isinstance(part, (str, int, float)):
         return type(part), repr(part)
     if isinstance(part, (tuple, list)):
@@ -39,7 +39,7 @@ _OWN: Mapping[type, tuple[str, ...]] = {
     LoweredStep: ("spec", "operands"),
     LoweredLine: ("nodes",),
 }
-"""Attributes that are compared, not including position in the text and layout."""
+"""Attributes that are compared; text positions and layout are not among them."""
 
 
 def form_of(lowered: LoweredProgram) -> Hashable:
@@ -65,7 +65,7 @@ def _routine(routine: LoweredRoutine) -> Hashable:
 
 
 def world_of(lowered: LoweredProgram) -> Hashable:
-    """Return the form of what surrounds a program: its name, tasks, stubs and connections."""
+    """Return the form of a program's environment: its name, tasks, stubs and connections."""
     schedule = lowered.schedule
     tasks = () if schedule is None else tuple(_task(scheduled.task) for scheduled in schedule.tasks)
     return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))

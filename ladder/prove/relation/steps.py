@@ -1,9 +1,9 @@
-"""Instructions in a scan on terms; each runs `Spec.prove` or the interpreter's row, or is a havoc.
+"""Runs instructions on terms by `Spec.prove` or the interpreter's row; otherwise, results are unknown.
 
 Each instruction is a transaction. If its row can't run on terms, all its effects are undone: values, jumps,
 results, faults, notes, and the effects of the instructions that it called. Then every place that it may write
-becomes unknown where it acts. If it wrote other places, or redirected the scan, the relation does not follow
-the program there.
+becomes unknown wherever it acts. If the row wrote other places or redirected the scan, the relation does not
+follow the program there.
 """
 
 from __future__ import annotations
@@ -37,22 +37,22 @@ _READ_NAMES = (
 )
 
 _READ = frozenset(Use[name] for name in _READ_NAMES.split(" "))
-"""Uses in which an instruction does not write its operand."""
+"""Uses of an operand that the instruction does not write."""
 
 _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".LEN",)}
-"""Members that an instruction only reads, by the use of the operand."""
+"""Members that an instruction reads but does not write, by operand use."""
 
 _ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
-"""Instructions that write places other than their operands."""
+"""Instructions that write places that are not operands."""
 
 _BESIDE = {"MCR": OVERRIDE}
-"""Status flags that an instruction writes besides its operands."""
+"""Status flags that an instruction writes in addition to its operands."""
 
 _OF_STEP = (
     *("active", "site", "frame", "inputs", "deep", "_ended", "_exits", "_passes", "_number", "_depth"),
     *("_labels", "_pending", "_answers", "stops", "faulted"),
 )
-"""Attributes, besides places and notes, that a row may change and that undoing it restores."""
+"""Attributes, in addition to places and notes, that a row may change and an undo restores."""
 
 _FLOW = ("_ended", "_exits", "_pending", "_answers")
 """Attributes in `_OF_STEP` that redirect the scan."""
@@ -74,7 +74,7 @@ Answer = tuple[T, tuple[Any, ...]]
 
 
 class TermSteps(TermValues):
-    """Runs instructions one after another."""
+    """Runs instructions in sequence."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -99,7 +99,7 @@ class TermSteps(TermValues):
         return power
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
-        """Run the legs of a branch with the same power; return the power of any leg."""
+        """Run the legs of a branch with the same power; return whether any leg has power."""
         return any_of(self._series(leg, power) for leg in branch.legs)
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
@@ -115,10 +115,10 @@ class TermSteps(TermValues):
     def _attempt(
         self, step: LoweredStep, power: T, row: Callable[[], Any]
     ) -> tuple[Any, UnknownOrigin | None]:
-        """Run a step as a transaction; if its row can't run on terms, undo it and havoc its places.
+        """Run a step as a transaction; if its row can't run on terms, undo it and make its places unknown.
 
         Returns:
-            The result of the row and None; if it is refused, None and the origin of the unknown values.
+            The row's result and None; for a refused row, None and the origin of the unknown values.
         """
         saved, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
         try:
@@ -163,7 +163,7 @@ class TermSteps(TermValues):
 
     @contextmanager
     def when(self, power: T) -> Iterator[None]:
-        """Run the body where power is true."""
+        """Run the body under the condition that power is true."""
         active_before = self.active
         self.active = and_(active_before, power)
         try:
@@ -172,7 +172,7 @@ class TermSteps(TermValues):
             self.active = self._going_on(active_before)
 
     def _going_on(self, t: T) -> T:
-        """Narrow a condition to cases in which the scan continues after the current place."""
+        """Narrow a condition to the cases where the scan continues after the current place."""
         return and_(t, not_(or_(self._ended, self.faulted)))
 
     def _acting(self, step: LoweredStep, power: T) -> T:
@@ -248,7 +248,7 @@ class TermSteps(TermValues):
                         yield self._in_program(leaf)
 
     def _flags(self, step: LoweredStep) -> Iterator[Leaf]:
-        """Yield the flags that any instruction may write, and the flag that this one writes."""
+        """Yield the flags that every instruction may write, and the one that only this instruction writes."""
         if step.name in _BESIDE:
             yield self.lowered.layout.leaf(_BESIDE[step.name])
         for flag in ("S:MINOR", *(("S:V", "S:Z", "S:N", "S:C") if self.lowered.flags else ())):
@@ -264,7 +264,7 @@ class TermSteps(TermValues):
 
 
 def _named_by(operand: object) -> Iterator[Leaf]:
-    """Yield all leaves that an operand names, including hidden leaves and leaves of subscripts."""
+    """Yield all leaves of an operand, including hidden leaves and leaves in its subscripts."""
     if isinstance(operand, (Place, Group)):
         yield from leaves_in(operand)
         yield from hidden_in(operand)
@@ -283,7 +283,7 @@ def _named_by(operand: object) -> Iterator[Leaf]:
 
 
 def _acts_without_power(step: LoweredStep) -> bool:
-    """Return whether an instruction does something, or decides its power, without power."""
+    """Return whether an instruction acts, or determines its output power, when it has no power."""
     return step.spec.kind is InstructionKind.BOTH or step.spec.decides
 
 
@@ -293,7 +293,7 @@ def may_fault(step: LoweredStep) -> bool:
 
 
 def _leaves_array(operand: Any) -> bool:
-    """Return whether a subscript may be out of range, as it may for any element of an array argument."""
+    """Return whether a subscript may be out of range; this is always possible in an array argument."""
     if isinstance(operand, (Place, Group)):
         relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
         return relative or can_fault(operand)
@@ -311,5 +311,5 @@ def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
 
 
 def _is_plain(operand: object) -> bool:
-    """Return whether an instruction can write only the tags that an operand names; not for a routine."""
+    """Return whether an instruction can write only the tags that an operand names; False for a routine."""
     return isinstance(operand, (Place, Group, Constant, Calculation, StringConstant, str))

@@ -36,7 +36,7 @@ MOST_OPEN = 4096
 """Maximum number of elements of a leaf that are arguments of instructions without a model."""
 
 Lost = tuple[T, Site]
-"""When a leaf's elements beyond `MOST_OPEN` became unknown (a condition), and the instruction to blame."""
+"""Condition under which a leaf's elements beyond `MOST_OPEN` became unknown, and the instruction to blame."""
 
 
 class TermPlaces(Interpreter):
@@ -45,7 +45,7 @@ class TermPlaces(Interpreter):
     argument_type = TermArgument
 
     tick_ns = 1_000_000
-    """Unit of scan times and of times since an instant, in ns."""
+    """Unit of scan times and elapsed times, in ns."""
 
     begun: T = FALSE
     """The condition that no time has passed before the scan."""
@@ -88,7 +88,7 @@ class TermPlaces(Interpreter):
 
     @property
     def most_age(self) -> int:
-        """Maximum time since an instant that a term can have, in ticks."""
+        """Maximum elapsed time that a term can represent, in ticks."""
         return AGE * (1_000_000 // self.tick_ns)
 
     @property
@@ -101,7 +101,7 @@ class TermPlaces(Interpreter):
         """Ignore an assigned time."""
 
     def symbol(self, t: T) -> Any:
-        """Return a term as a number that rows can use, and a constant as its value."""
+        """Return a term as a number that rows can use; return the value of a constant."""
         return t.val if t.op == "const" else TermSymbol(t, self.paths.decide)
 
     def value_here(self, leaf: Leaf, index: int) -> T:
@@ -141,7 +141,7 @@ class TermPlaces(Interpreter):
     def _read_first(self, key: Key, leaf: Leaf) -> None:
         """Create the variable of a place, or the constant of a place that never changes.
 
-        A clock is stored as its age, to which the time of the scan is added. An element of a leaf that
+        A clock is stored as its age, and the time of the scan is added to it. An element of a leaf that
         became unknown earlier in the scan is unknown under the same conditions.
         """
         put = self.log.put
@@ -172,7 +172,7 @@ class TermPlaces(Interpreter):
         Elements beyond `MOST_OPEN` that are not in use become unknown when they are first used.
 
         Args:
-            origin: the origin of the unknown values, which names the instruction.
+            origin: the origin of the unknown values, with the instruction.
         """
         path = leaf.path.upper()
         for index in self.elements_in_use(leaf):
@@ -242,7 +242,7 @@ class TermPlaces(Interpreter):
         return self.symbol(_below(term, most.hi))
 
     def start_clock(self, since: Place) -> None:
-        """Begin to measure time in a hidden place."""
+        """Start a clock in a hidden place."""
         self.put(since, 0)
 
     def elapsed(self, since: Place, unit_ns: int) -> Any:
@@ -298,11 +298,11 @@ class TermPlaces(Interpreter):
     # --- paths
 
     def on_paths(self, run: Callable[[], Any]) -> T:
-        """Run a function on every path and write what they write; return the result as a condition."""
+        """Run a function on every path and store all writes; return the result as a condition."""
         return merged(self.merge_paths(run), result_of)
 
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
-        """Run a function on every path and write what the paths write; return the paths."""
+        """Run a function on every path and store all writes; return the paths."""
         paths = self.paths.walk(run)
         self.write_paths(paths)
         bad = faults_of(paths)

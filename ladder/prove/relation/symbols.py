@@ -1,7 +1,8 @@
-"""Symbolic numbers with which the Python code of instructions can compute.
+"""Symbolic numbers that the Python code of instructions can calculate with.
 
-A `TermSymbol` behaves like a Python number: its operators return symbols, or numbers where the result is
-constant. The machine decides its truth, one path after another. Uses that need an actual number, such as
+A `TermSymbol` behaves like a Python number: its operators return symbols, or a number if the result is
+constant. The machine decides on each path whether the symbol is true. Uses that need an actual number, such
+as
 `int`, `float`, `range` or a key of a dict, raise an error.
 """
 
@@ -58,7 +59,7 @@ def truth_of(t: T) -> T:
 
 
 def whole_of(t: T) -> T:
-    """Return a Boolean as 0 or 1, and a whole number unchanged."""
+    """Return a Boolean as 0 or 1; return a whole number unchanged."""
     if t.kind in FLOATS:
         raise UnmodeledError("a floating-point number where a whole one is needed")
     return b2i(t) if t.kind == BOOL else t
@@ -80,7 +81,7 @@ def term_of(value: Any, kind: str | None = None) -> T:
 
 
 def alike(a: Any, b: Any) -> tuple[T, T]:
-    """Return the terms of two numbers in a common kind, whole or a float kind that can represent both."""
+    """Return the terms of two numbers in a common kind: integer, or a float kind that fits both."""
     float_kinds = {_kind(a), _kind(b)} - {INT, BOOL}
     kind = INT
     if float_kinds:
@@ -197,7 +198,7 @@ class TermSymbol:
     # --- bits
 
     def _bits(self, other: Any, op: str, truth: Callable[[T, T], T]) -> Any:
-        """Return the result of a bit operation; for two truths, the result of `truth`."""
+        """Return the result of a bit operation; for two Booleans, the result of `truth`."""
         if not isinstance(other, (TermSymbol, int)):
             return NotImplemented
         if self.t.kind == BOOL and _is_truth(other):

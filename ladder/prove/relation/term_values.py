@@ -1,4 +1,4 @@
-"""Computing, comparing and converting values in a scan on terms; see `interpreter.place_values`."""
+"""Computes, compares and converts values in a scan on terms; see `interpreter.place_values`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
 
 
 class TermValues(TermCopies):
-    """Computes with terms as instructions require."""
+    """Implements the calculations of instructions on terms."""
 
     # --- conversions of rows
 
@@ -101,7 +101,7 @@ class TermValues(TermCopies):
         return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
-        """Return the result of an operation; note zero divisors and overflow.
+        """Return the result of an operation; record zero divisors and overflows.
 
         An integer operation with a divisor of 0 returns its dividend.
         """
@@ -124,13 +124,13 @@ class TermValues(TermCopies):
         return WHOLE[name](*terms)
 
     def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
-        """Return the low bits of a result; if bits are lost, note an overflow where the guard is true."""
+        """Return the low bits of a result; if bits are lost, record an overflow where the guard is true."""
         result = wrap(exact, width)
         self.overflow_if(and_(guard, not_(eq(result, exact))))
         return result
 
     def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
-        """Return a float result; note a zero divisor, and an infinite result of finite operands."""
+        """Return a float result; record a zero divisor, and an infinite result of finite operands."""
         terms = [term_of(value, kind) for value in values]
         if name in ("/", "MOD"):
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
@@ -141,7 +141,7 @@ class TermValues(TermCopies):
         return result
 
     def _real(self, name: str, terms: Sequence[T], kind: str) -> T:
-        """Return a float result; an unknown value if the operation is in `UNKNOWN`."""
+        """Return a float result, or an unknown value if the operation is in `UNKNOWN`."""
         if name in REAL:
             return REAL[name](*terms)
         if name in FACTORS:
@@ -152,7 +152,7 @@ class TermValues(TermCopies):
         raise UnmodeledError(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
-        """Note an overflow where a condition is true."""
+        """Record an overflow where a condition is true."""
         self.fault_log.overflow_if(t)  # type: ignore[attr-defined]
 
     def store(self, place: Place, value: Any) -> None:
@@ -169,7 +169,7 @@ class TermValues(TermCopies):
         self.set_flags(stored)
 
     def _stored(self, t: T, kind: Elementary) -> T:
-        """Return a value converted to a type; note an overflow if it does not fit."""
+        """Return a value converted to a type; record an overflow if it does not fit."""
         if kind.is_real or kind.is_double:
             stored = to_float(t, F32 if kind.is_real else F64)
             if kind.is_real and t.kind == F64:

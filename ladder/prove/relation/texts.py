@@ -20,7 +20,7 @@ MOST_COMPARED = 2048
 """Maximum number of characters that a search compares."""
 
 Make = Callable[[T], Any]
-"""Makes a term into a number that rows can use."""
+"""Converts a term to a number that rows can use."""
 
 NONE = const(0)
 
@@ -37,7 +37,7 @@ class TermText:
 
     @classmethod
     def of(cls, make: Make, value: Any) -> TermText:
-        """Return known characters as a text, and a text unchanged."""
+        """Return known characters as a `TermText`; return a `TermText` unchanged."""
         return value if isinstance(value, TermText) else cls(make, const(len(value)), list(map(const, value)))
 
     def __len__(self) -> Any:
@@ -128,7 +128,7 @@ class TermText:
         return less
 
     def find(self, pattern: Any, start: Any) -> Any:
-        """Return the first index of another text at or after a start; -1 if there is none."""
+        """Return the first index of another text at or after a start; -1 if it is not found."""
         text = TermText.of(self.make, pattern)
         if len(self.codes) * len(text.codes) > MOST_COMPARED:
             raise UnmodeledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")

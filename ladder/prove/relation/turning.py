@@ -1,4 +1,4 @@
-"""Prescan on terms between two scans, after program mode or at a start with retained tags.
+"""Runs prescan on terms between two scans, after program mode or at a start with retained tags.
 
 `state` still has the values after the scan. `before_next` returns the values at the beginning of the next
 scan, after a prescan if there is one. As in the interpreter, prescan skips instructions with a subscript out
@@ -82,7 +82,7 @@ class TurningMachine(ScanMachine):
         return self._turned[key]
 
     def _with_lost(self, key: Key, t: T, lost: dict[str, list[Lost]]) -> T:
-        """Return a value that is unknown where its whole leaf became unknown."""
+        """Return a value; it is unknown under the conditions that made its whole leaf unknown."""
         for condition, site in lost.get(key[0], ()):
             t = ite(condition, self.unknown_of(self.leaves[key], key[1], site=site), t)
         return t
@@ -103,7 +103,7 @@ class TurningMachine(ScanMachine):
     # --- differences in prescan
 
     def _read_first(self, key: Key, leaf: Leaf) -> None:
-        """Create the value of a place. In prescan, it is what the scan left, changed from outside."""
+        """Create the value of a place. In prescan, it is the value after the scan, with outside changes."""
         if not self._turns:
             super()._read_first(key, leaf)
             return
@@ -135,14 +135,14 @@ class TurningMachine(ScanMachine):
             super().stop(bad)
 
     def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
-        """Run series of copies; in prescan, refuse a parameter whose subscript skips the copy."""
+        """Run series of copies; in prescan, refuse a parameter if a bad subscript skips its copy."""
         skips = self._skips
         super()._copies(copies)
         if self._turns and self._skips != skips and any(len(series) > 1 for series in copies):
             raise UnmodeledError("a parameter with a computed subscript, in prescan")
 
     def start_clock(self, since: Place) -> None:
-        """Begin to measure time in a hidden place; do nothing in prescan."""
+        """Start a clock in a hidden place; do nothing in prescan."""
         self._refuse_clock()
         super().start_clock(since)
 
@@ -157,7 +157,7 @@ class TurningMachine(ScanMachine):
             raise UnmodeledError("a timer that runs in prescan")
 
     def _prescan_step(self, step: LoweredStep) -> None:
-        """Run what an instruction does in prescan, if anything; also the call in an add-on call."""
+        """Run the prescan action of an instruction, if it has one; for an add-on call, prescan the add-on."""
         prescan = step.spec.prescan
         if prescan is None:
             return

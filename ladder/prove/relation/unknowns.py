@@ -13,7 +13,7 @@ An instruction may read all elements of the tags that it names, including hidden
 system's tags, the arguments of its add-on instruction's call, and its power, if it acts without power.
 For the world, see `shapes.world_of`.
 
-Two programs share a value only where the same function has equal arguments. A value that can't be compared
+Two programs share a value only if the same function has equal arguments. A value that can't be compared
 has no function, so it is not shared.
 """
 

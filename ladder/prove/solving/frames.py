@@ -16,10 +16,10 @@ class Frame:
     """One scan in a solver.
 
     Args:
-        system: the system that scans.
-        solver: the solver that makes the terms.
+        system: the system to model.
+        solver: the solver that creates the terms.
         before: the previous scan; None for the first scan of a run, or for a scan from any state.
-        first: whether it is the first scan after power-up, in which states have their initial values.
+        first: whether it is the first scan after power-up, when states have their initial values.
     """
 
     def __init__(

@@ -11,8 +11,8 @@
 
 Candidates that the first scan breaks are dropped. Then the solver repeatedly searches for a scan that breaks
 a candidate although all candidates were true before it, and broken candidates are dropped. Once no scan
-breaks a candidate, the remaining candidates are inductive together. The solver checks candidates in groups. A
-group that blows its fuse is dropped; the other groups stay.
+breaks a candidate, the remaining candidates are inductive together. The solver checks candidates in groups.
+If a group blows its fuse, only that group is dropped.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SCANS, RESTART = 24, 12
 """Total number of random scans, and the number of scans after which runs restart."""
 
 MOST_STATES = 120
-"""Maximum number of states for which many suggestions are made."""
+"""Maximum number of states with the full set of suggestions."""
 
 MOST_BITS, FEW_BITS = 160, 40
 """Maximum number of bits that are paired, in cones of up to `MOST_STATES` states and in larger ones."""
@@ -150,7 +150,7 @@ def _packed(truths: Array) -> int:
 
 
 def _of_number(system: System, name: str, values_by_name: Mapping[str, Array]) -> Iterator[Invariant]:
-    """Suggest bounds for a number, and what DN and TT say about an ACC with a preset."""
+    """Suggest bounds for a number; for an ACC with a preset, also conditions with DN and TT."""
     term, values = system.next[name], values_by_name[name]
     if name.endswith(CLOCK + "[0]"):
         yield from _of_clock(system, name)
@@ -216,7 +216,7 @@ class _Search:
         return []
 
     def _round(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
-        """Return the candidates that a scan keeps: the first scan, or one that begins with all of them."""
+        """Return the candidates still true after the first scan, or after a scan that starts with all."""
         solver = Solver(self.fuse)
         frame = Frame(self.system, solver, first=first)
         if not first:
@@ -234,7 +234,7 @@ class _Search:
         return [candidates[number] for number in sorted(remaining)]
 
     def _broken(self, frame: Frame, formulas: list[Any], evaluator: Evaluator, group: set[int]) -> set[int]:
-        """Return the broken candidates' numbers: all in a group, and any others that the models show.
+        """Return the numbers of all broken candidates in a group, and of others that the models show.
 
         Args:
             formulas: the solver's terms for all candidates in the scan.

@@ -75,7 +75,7 @@ class Runs:
         return results[len(self._states) :], keeps_contract
 
     def _chosen(self) -> dict[str, Array]:
-        """Return values of the free variables; some of them change in some runs."""
+        """Return values of the free variables; some variables change in some runs."""
         chosen = {}
         for name in self._free:
             if self._first and name in self._system.late:

@@ -22,7 +22,7 @@ class Text(NamedTuple):
 
 
 class Script:
-    """Writes a script. Terms get names, so a term that is used twice is written only once."""
+    """Writes a script. Terms have names, so a term that is used twice is written only once."""
 
     def __init__(self) -> None:
         self.lines = ["(set-logic QF_BVFP)"]

@@ -51,7 +51,7 @@ def bitwuzla_module() -> Any:
 
 
 def fuse_text() -> str:
-    """Return text with the fuse and the solver's version, since another version may get further."""
+    """Return text with the fuse and the solver's version, because another version may get further."""
     return f"the solver's fuse (bitwuzla {distribution_version('bitwuzla')})"
 
 
@@ -115,7 +115,7 @@ class _Fuse:
 
 
 class Solver:
-    """One solver session: variables and assertions stay; the formulas of a question apply only to it.
+    """One solver session. Variables and assertions persist; a question's formulas apply only to it.
 
     Its terms are numbers. Bitwuzla's objects stay private, so that they are deleted in order: up to 0.9.1,
     the process crashes with a segmentation fault if Python's garbage collector clears a term's manager before
@@ -125,8 +125,8 @@ class Solver:
         fuse: number of steps after which the solver gives up on a question.
 
     Attributes:
-        made: number of terms made so far.
-        work: sum over all questions of the number of terms at that time.
+        made: number of terms created so far.
+        work: total of the number of terms at each question.
     """
 
     def __init__(self, fuse: int = FUSE) -> None:
@@ -158,7 +158,7 @@ class Solver:
         return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
-        """Return Bitwuzla's object for a sort; each one is made once."""
+        """Return Bitwuzla's object for a sort; create it only once."""
         sort_term = self._sorts.get(sort)
         if sort_term is None:
             manager = self._manager
@@ -190,7 +190,7 @@ class Solver:
         return number
 
     def _literal(self, sort: Sort, value: Any) -> Any:
-        """Return a new constant of Bitwuzla; the value of a float is given by its bits as digits."""
+        """Return a new constant of Bitwuzla; a float is passed as its bits in digits."""
         manager = self._manager
         if sort == BOOL:
             return manager.mk_true() if value else manager.mk_false()

@@ -1,6 +1,6 @@
 """Translates terms to a solver's terms: bit vectors as wide as their intervals, floats, Booleans.
 
-A solver is anything that accepts operations by their SMT-LIB 2.6 names: bitwuzla, or a text writer.
+A solver is any object that accepts operations by their SMT-LIB 2.6 names: bitwuzla or a text writer.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def fit(sink: Sink, formula: Any, width: int, new_width: int) -> Any:
 
 
 def _translated(sink: Sink, t: T, operands: list[Any]) -> Any:
-    """Return the solver's term for a term that is not a variable, given those of its operands."""
+    """Return the solver's term for a term that is not a variable, given its operands' solver terms."""
     if t.op == "const":
         return sink.value(sort_of(t), t.val)
     special = _SPECIAL.get(t.op)
@@ -218,7 +218,7 @@ def _setbit(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _i2f(sink: Sink, t: T, operands: list[Any]) -> Any:
-    """Convert an integer to a float; a wide one becomes a SINGLE by way of a double."""
+    """Convert an integer to a float; a wide integer is converted to SINGLE through double."""
     if t.kind == F32 and width(t.args[0]) > WIDEST_DIRECT:
         double = sink.apply("to_fp_signed", [_ROUND, *operands], FIELDS[F64])
         return sink.apply("to_fp", [_ROUND, double], FIELDS[F32])
@@ -230,7 +230,7 @@ def _f2f(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 def _f2i(sink: Sink, t: T, operands: list[Any]) -> Any:
-    """Round a float to an integer; the result is 0 for NaN, and from FAR or -FAR on."""
+    """Round a float to an integer; the result is 0 for NaN, and for magnitudes of FAR or more."""
     bits, kind = width(t), t.args[0].kind
     near = [
         sink.apply("fp.lt", [operands[0], sink.value(kind, float(FAR))]),

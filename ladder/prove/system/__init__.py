@@ -2,7 +2,7 @@
 
 | value before a scan | role |
 |---|---|
-| a value that the scan may write, or the time since an instant | state |
+| a value that the scan may write, or an elapsed time | state |
 | in a module's input image or fault, a consumed tag, or the status file of an SLC | free |
 | a bit that nothing writes | free |
 | a number that nothing writes | held at its initial value, unless `free` names it |
@@ -17,8 +17,8 @@ Before the first scan, states have their values after prescan.
 |---|---|
 | `program` | a program as a system |
 | `transition` | a system without a program |
-| `outside` | what changes outside of a program's scan |
-| `events` | what may happen between two scans: the key is turned, a run ends, a link is lost |
+| `outside` | changes from outside a program's scan |
+| `events` | events between two scans: the key is turned, a run ends, a link is lost |
 | `held` | numbers and bits that are held: proofs assume their values |
 """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 PROGRAM_MODE, RETAINED_START, LOST_LINK = "program mode", "retained start", "lost link"
-"""The events that may happen between two scans, by their names in `happens` of a rack file.
+"""The possible events between two scans, by their names in `happens` of a rack file.
 
 PROGRAM_MODE    the key is turned to program and back to run
 RETAINED_START  a run ends, and the next run begins with its tags, as with `scanrack run --retain`
@@ -31,7 +31,7 @@ def assumed(happens: Collection[str]) -> Iterator[str]:
     """Yield a sentence for each event that a proof excludes, with the option that includes it.
 
     Args:
-        happens: names of the events that may happen.
+        happens: names of the possible events.
     """
     if RETAINED_START in happens:
         yield KEPT

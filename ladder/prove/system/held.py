@@ -22,7 +22,7 @@ MOST_BITS = 8
 def held_numbers(
     system: System, cone: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
 ) -> Iterator[HeldNumber]:
-    """Yield the numbers and bits that terms and their cone read and that nothing writes, in order of names.
+    """Yield the numbers and bits that terms and their cone read and that nothing writes, in name order.
 
     Args:
         written: masks of the written bits, for states of which only some bits are written.

@@ -24,7 +24,7 @@ INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
 
 
 def is_length(layout: Layout, path: str) -> bool:
-    """Return whether a path, in capitals, is the LEN of a CONTROL, not of a string, which has no POS."""
+    """Return whether a path, in capitals, is the LEN of a CONTROL; unlike a string, it also has a POS."""
     return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
 
 
@@ -96,7 +96,7 @@ def refuse(lowered: LoweredProgram) -> None:
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
-    """Return the path prefixes that not only rungs write: SLC status, messages, consumed tags."""
+    """Return path prefixes with writers other than rungs: SLC status, messages, consumed tags."""
     names = [STATUS] if before_scan in lowered.opening else []
     if any(isinstance(hook, partial) for hook in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")

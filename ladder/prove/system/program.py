@@ -70,7 +70,7 @@ class ProgramSystem(System):
         written_outside: tags that the program writes and that also change from outside.
         assume: bits that are true after each scan; runs that break them are not considered.
         contracts: conditions on the inputs in each scan.
-        happens: names of the events that may happen between two scans, see `events`.
+        happens: names of the possible events between two scans, see `events`.
         beside: another problem to compare with; both share their terms.
         kept: paths of tags, in capitals, that the other program of a comparison writes; they don't change
             from outside.
@@ -176,7 +176,7 @@ class ProgramSystem(System):
         blank = self.program.interpret().memory
 
         def begins(key: Key, t: T) -> T:
-            """Return a place's value when prescan begins: with retained tags, other tags are initial."""
+            """Return a place's value before prescan; at a retained start, other tags have initial values."""
             leaf = machine.leaves.get(key)
             if RETAINED_START not in self.happens or leaf is None or is_retained(self.lowered.layout, leaf):
                 return t
@@ -184,7 +184,7 @@ class ProgramSystem(System):
             return ite(var(RETAINED), const(value, t.kind), t)
 
         def reads(key: Key, t: T) -> T:
-            """Return the value that prescan reads: any value, if the outside may have changed it."""
+            """Return the value that prescan reads: any value, if it may have been written from outside."""
             path, variable = key[0], machine.vars[key]
             outside, is_given = path in self._outside, self._is_given(path, machine.leaves[key])
             unwritten = key not in written and self._changes_outside(path, machine.leaves[key], variable)
@@ -206,7 +206,7 @@ class ProgramSystem(System):
         return machine
 
     def _constant_lengths(self) -> dict[Key, Any]:
-        """Return LEN of each CONTROL that neither the program nor the outside writes; it bounds loops."""
+        """Return the LEN of each CONTROL that nothing writes, as a bound for loops."""
         layout, written = self.lowered.layout, {*self.machine.written, *named_bits(self.lowered)}
         lengths = {}
         for leaf in layout.leaves.values():
@@ -251,7 +251,7 @@ class ProgramSystem(System):
     def _begin(self) -> None:
         """Prescan the engine, so that its memory has the values before the first scan.
 
-        A major fault ends prescan, as it would end it in the controller.
+        A major fault ends prescan, as in the controller.
         """
         if self.engine.lowered.resume is not None:
             raise LadderError("a proof begins with prescan, but this program keeps its values")
@@ -263,7 +263,7 @@ class ProgramSystem(System):
             self.engine.scheduler.begin(0)
 
     def _note_prescanned(self) -> None:
-        """Make bits that prescan clears free only from the second scan on; they are off in the first."""
+        """Free the bits that prescan clears, but only from the second scan on; they are off in the first."""
         free = [
             (name, self.machine.leaves[key], key[1])
             for name, key in self.key_of.items()
@@ -280,7 +280,7 @@ class ProgramSystem(System):
         self.late.update(name for name, leaf, index in bits if not engine.memory.read(leaf, index))
 
     def _settle(self) -> None:
-        """Find the role of each variable without a role."""
+        """Assign a role to each variable that has none."""
         machine = self.machine
         self.deep = machine.deep
         for name, site in machine.unmodeled.items():
@@ -293,7 +293,7 @@ class ProgramSystem(System):
                 self.next[variable.val] = self._next(key)
 
     def _next(self, key: Key) -> T:
-        """Return a value after a scan, and after what happens before the next scan."""
+        """Return a value after a scan and after the events before the next scan."""
         if key == FIRST_SCAN and self.lowered.schedule is None:
             return self.prescans
         next_term = self.machine.state[key] if self.prescans is FALSE else self.machine.before_next(key)
@@ -315,7 +315,7 @@ class ProgramSystem(System):
         return next_term
 
     def _open_bits(self) -> None:
-        """Make the number bits that the program names but does not write free."""
+        """Free the bits of numbers that the program names but does not write."""
         machine, bit_masks = self.machine, named_bits(self.lowered)
         for key, variable in list(machine.vars.items()):
             has_value = variable.val in self.held or variable.val in self.next
@@ -333,7 +333,7 @@ class ProgramSystem(System):
         return mask & ~written_bits(self.machine.state[key], v)
 
     def _give_role(self, key: Key, v: T) -> None:
-        """Make a value a state, held, or late, with an initial value; otherwise it is free in each scan."""
+        """Make a value a state, held or late, with an initial value, or leave it free in each scan."""
         path, leaf = key[0], self.machine.leaves[key]
         is_state = key in self.machine.written or path.endswith(CLOCK)
         if key in self.machine.prescanned_places and not self._changes_outside(path, leaf, v):

@@ -33,7 +33,7 @@ BEGUN = "~begun"
 """Name of the state that is true in the first scan with retained tags: no time has passed before it."""
 
 THEN = "~then:"
-"""Name prefix of a variable that prescan reads in place of a value that is written from outside."""
+"""Name prefix of a variable that prescan reads instead of a value that is written from outside."""
 
 OFF = "~off"
 """Name of the variable with the time in program mode, in units of `System.tick_ns`."""
@@ -50,7 +50,7 @@ class HeldNumber(NamedTuple):
     value: Any
 
     def named(self, tag: str) -> str:
-        """Return its name, given the name of its tag."""
+        """Return the name of the number or bit, given the name of its tag."""
         return tag if self.bit is None else f"{tag}.{self.bit}"
 
 
@@ -94,7 +94,7 @@ class ScanBounds:
 
     @property
     def ticks(self) -> tuple[int, int]:
-        """Both times, in the unit."""
+        """Minimum and maximum time, in units."""
         low, high = (round(bound * MS) // self.tick_ns for bound in (self.low_ms, self.high_ms))
         return low, high
 
@@ -128,11 +128,12 @@ class System:
         contract: a condition on each scan; runs that break it are not considered.
         kept: contracts of modules; each matters only to terms that its module's inputs decide, see
             `narrowed`.
-        facts: conditions on two unknown values that are true in each scan, with their names; see `narrowed`.
+        facts: conditions on two unknown values that are true in each scan, with the values' names; see
+        `narrowed`.
         deep: the condition under which the relation does not follow the program.
         unmodeled: variables for values that are not modeled, with the instructions that cause them.
         key_of: the places of variables, by name.
-        likely: values that random scans often give a free variable, by its name.
+        likely: frequent values of free variables in random scans, by variable name.
         least: minimum time between scans, in units of `tick_ns`.
         follows: the verdict on whether `deep` is never true; None until it is decided.
         invariants: the invariants found so far, with their work, by contract and cone.

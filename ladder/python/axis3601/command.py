@@ -67,7 +67,7 @@ class Command(LinkedWait[None]):
 
     @property
     def busy(self) -> bool:
-        """Whether it waits or runs."""
+        """Whether the command is waiting or running."""
         return self.outcome is Outcome.BUSY
 
     @property
@@ -118,7 +118,7 @@ class Command(LinkedWait[None]):
         self.words = array("h", image.words)
 
     def attend(self, drive: Handshake, now_ns: int) -> None:
-        """Do this command's work in each scan while it is being executed."""
+        """Do the work of this command in each scan while it is executing."""
 
     def activate(self, now_ns: int) -> None:
         """Mark it as active, because its words are sent in this scan."""

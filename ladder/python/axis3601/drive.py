@@ -14,7 +14,7 @@
 A step has settled after the round trip and two scans with a good link, when words have crossed the backplane
 both ways. The steps are the same as in the add-on instruction Amci3601 in `ladder/blocks/axis3601.rung`.
 
-`judge` reads the inputs at the start of a scan; `send` writes the words at the end of it.
+`judge` reads the inputs at the start of a scan. `send` writes the words at the end of the scan.
 """
 
 from __future__ import annotations
@@ -306,7 +306,7 @@ class Drive:
         return ErrorId.DRIVE_FAULT if drive.unfit or (moves and not drive.enabled) else 0
 
     def _settle(self, now_ns: int) -> None:
-        """Note how long the step has lasted with a good link, and whether that is at least a round trip."""
+        """Measure how long the step has lasted with a good link, and whether it is at least a round trip."""
         if self.step != self._last_step or self.link.down:
             self._since_ns = None
         elif self._since_ns is None:
@@ -315,19 +315,19 @@ class Drive:
         self._last_step = self.step
 
     def _has_begun(self, moving: bool) -> bool:
-        """Return whether a command has begun: a round trip or motion; CONFIGURE also by its mode."""
+        """Return whether a command has begun, after a round trip or by motion; CONFIGURE also by its mode."""
         if self.kind is CONFIGURE:
             return self._settled and self.msw < 0
         return moving or self._settled
 
     def _begin(self) -> None:
-        """Note that the command is under way; send zeros if it is an accepted configuration."""
+        """Mark the command as under way; send zeros if it is an accepted configuration."""
         self.step = _UNDER_WAY
         if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
             self._write(ZEROS)  # accepted: zeros change to command mode
 
     def _is_done(self, msw: int) -> bool:
-        """Return whether an axis at rest has done the command: status, handshake and evidence agree."""
+        """Return whether an axis at rest has completed the command: status, handshake and evidence agree."""
         if self.kind is CONFIGURE:
             return msw >= 0
         if self.running is not None and not self.running.handshake_over:
@@ -373,7 +373,7 @@ class Drive:
     # -- the newest command
 
     def _send_newest(self, now_ns: int) -> None:
-        """Make way for the pending command, go on to the next step, and send the command at rest.
+        """Make way for the pending command, advance the step, and send the command once at rest.
 
         A step that has just begun is not settled, so it lasts at least a round trip.
         """
@@ -406,7 +406,7 @@ class Drive:
         self.step = HandshakeStep.YIELDING
 
     def _advance_step(self, now_ns: int) -> None:
-        """After a round trip, go on from a step that waits for rest, for a reset, or for words to cross."""
+        """After a round trip, leave a step that waits for rest, for a reset, or for words to cross."""
         command_error = self.msw & _COMMAND_ERROR != 0
         if self.step == HandshakeStep.YIELDING and not self.moving:
             self._send_zeros()
@@ -474,7 +474,7 @@ class Drive:
         return ErrorId.POSITION_INVALID if kind is ABSOLUTE and not self.position_valid else 0
 
     def _send_words(self, command: Command, now_ns: int) -> None:
-        """Send a command's words; it is now the running one. A change under way keeps the evidence."""
+        """Send a command's words and make it the running command; a speed change keeps the evidence."""
         if self.step != _UNDER_WAY:
             self._evidence.begin()
         self.out = array("h", command.words)
@@ -497,7 +497,7 @@ class Drive:
 
 
 def faults_of(msw: int) -> int:
-    """Return the ErrorID of a status word 0; in configuration mode only its live bits count."""
+    """Return the ErrorID for status word 0; in configuration mode, only its live bits count."""
     error_id = ErrorId(0)
     if msw & _CONFIG_ERROR:
         error_id |= ErrorId.CONFIG_ERROR

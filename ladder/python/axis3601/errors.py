@@ -62,4 +62,4 @@ class AxisError(Exception):
 
 
 class CommandAborted(Exception):  # noqa: N818 - the name in PLCopen
-    """Another command has taken over the axis."""
+    """Another command took over the axis."""

@@ -28,7 +28,7 @@ _COMPLETION = {
     RUN_BLEND: _COMPLETE,
     HOME: StatusMsw.AT_HOME.value,
 }
-"""The completion bit that goes off when the module accepts a command."""
+"""The completion bit that turns off when the module accepts a command."""
 
 
 class Evidence:
@@ -70,7 +70,7 @@ class Evidence:
         return self._inputs[0] >= 0 and (self._inputs[2], self._inputs[3]) != self._start_position
 
     def _accepted_at_rest(self, kind: CommandKind, out: Sequence[int]) -> bool:
-        """Return whether the module accepted a command without motion: a bit went off, or none is needed."""
+        """Return whether the module accepted a command at rest: a bit turned off, or none is needed."""
         if not self._inputs[0] & _COMPLETION.get(kind, -1):
             return True
         if kind is RELATIVE:
@@ -91,7 +91,7 @@ class Evidence:
         return self.accepted or kind not in _COMPLETION
 
     def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
-        """Measure how long the axis has rested in one `phase` (output word 1); return whether too long."""
+        """Measure how long the axis has rested in a `phase` (output word 1); return whether too long."""
         rests = idle and self._inputs[0] & _MODULE_OK and phase == self._phase
         self._phase = phase
         if not rests or (kind is GEAR and self._inputs[1] & _FOLLOWING):

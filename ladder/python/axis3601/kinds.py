@@ -34,7 +34,7 @@ class Yielding(Enum):
     """Stop without a ramp, because the motion can't be held; the position becomes invalid."""
     NOTHING = (0, 0, 0, 0, 0, 0, 0, 0)
     RELEASE = "release"
-    """Turn its command bits off; the deceleration stays."""
+    """Turn its command bits off; the deceleration does not change."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -65,7 +65,7 @@ class Link:
 
 
 class LinkedWait(Wait[T_co], Generic[T_co]):
-    """A wait for a module; its text names a lost link."""
+    """A wait for a module; its text mentions a lost link."""
 
     __slots__ = ("_link",)
 

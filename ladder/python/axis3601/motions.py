@@ -51,7 +51,7 @@ class Registration(Command):
         self._registered = False
 
     def register(self) -> None:
-        """Do what a rise of the external input does."""
+        """Act as if the external input had risen."""
         self._registered = True
 
     @override

@@ -80,7 +80,8 @@ class Axis3601(Device):
             an update in two parts can't be another command. Each command begins one round trip later.
 
     Raises:
-        ValueError: the slot is not a whole number from 1, the round trip is not a whole number from 0, or the
+        ValueError: the slot is not a whole number of 1 or more, the round trip is not a whole number of 0 or
+            more, or the
             configuration is neither a Configuration nor ten words with bit 15 of word 0 on.
     """
 
@@ -153,7 +154,7 @@ class Axis3601(Device):
     # -- commands
 
     def configure(self) -> Command:
-        """Configure the module and go to command mode; this makes the position invalid [Configure3601]."""
+        """Configure the module and switch to command mode; the position becomes invalid [Configure3601]."""
         return self._request(Command(self.name, CONFIGURE, "configure()"), self._configuring)
 
     def home(
@@ -165,7 +166,7 @@ class Axis3601(Device):
         deceleration: int,
         proximity: Callable[[], object] | None = None,
     ) -> Command:
-        """Home the axis; it is done at the home position, which becomes 0 [MC_Home].
+        """Home the axis; the command is done at the home position, which becomes 0 [MC_Home].
 
         Args:
             direction: first direction of the search.
@@ -190,7 +191,7 @@ class Axis3601(Device):
         deceleration: int,
         shape: Acceleration = CONSTANT,
     ) -> Command:
-        """Move to a position; it is done there [MC_MoveAbsolute].
+        """Move to a position; the command is done on arrival [MC_MoveAbsolute].
 
         Args:
             position: -8,388,608 to 8,388,607 steps; the current position must be valid.
@@ -211,7 +212,7 @@ class Axis3601(Device):
         deceleration: int,
         shape: Acceleration = CONSTANT,
     ) -> Command:
-        """Move by a distance; it is done there [MC_MoveRelative].
+        """Move by a distance; the command is done on arrival [MC_MoveRelative].
 
         Args:
             distance: -8,388,608 to 8,388,607 steps.
@@ -321,7 +322,7 @@ class Axis3601(Device):
         command = BlendProgramming(self.name, f"program_blend({len(path)} segments)")
 
         def blocks() -> Image:
-            """Store all blocks in the command; return the first one. Raise a ValueError out of range."""
+            """Store all blocks in the command and return the first; raise a ValueError if out of range."""
             types, limits = tuple(shapes) or (CONSTANT,) * len(path), self._limits
             header = BlendHeader(types, final_deceleration, final_shape, limits=limits)
             command.fill(header, path)
@@ -330,7 +331,7 @@ class Axis3601(Device):
         return self._request(command, blocks)
 
     def run_blend(self, direction: Direction) -> Command:
-        """Run the programmed blend profile in a direction; it is done at the end [RunBlend3601]."""
+        """Run the programmed blend profile in a direction; the command is done at its end [RunBlend3601]."""
         command = Command(self.name, RUN_BLEND, f"run_blend({_name_of(direction)})")
         return self._request(command, lambda: RunBlend(direction).to_image())
 
@@ -350,7 +351,7 @@ class Axis3601(Device):
         return self._request(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
 
     def set_position(self, position: int) -> Command:
-        """Set the current position, -8,388,608 to 8,388,607 steps; it becomes valid [MC_SetPosition]."""
+        """Set the current position, -8,388,608 to 8,388,607 steps, and make it valid [MC_SetPosition]."""
         command = Command(self.name, PRESET, f"set_position({position})")
         return self._request(command, lambda: PresetPosition(position).to_image())
 
@@ -400,8 +401,8 @@ class Axis3601(Device):
     def _configuring(self) -> Image:
         """Return the output words that request the configuration.
 
-        For a networked drive, the translation has the configuration. Word 1 only shows how far the handshake
-        is, when it becomes 0.
+        For a networked drive, the translation has the configuration. Word 1 only marks the progress of the
+        handshake, when it becomes 0.
         """
         configuration = self.configuration
         if isinstance(configuration, Configuration):
@@ -428,7 +429,7 @@ class Axis3601(Device):
         return self._drive.idle()
 
     def _new_drive(self, slot_ms: int = 0) -> Drive:
-        """Return a drive that waits the longer one of the axis's and the slot's round trip."""
+        """Return a drive that waits for the longer round trip of the axis and the slot."""
         trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
         owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)

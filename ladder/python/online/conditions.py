@@ -83,7 +83,7 @@ def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Pa
 
 
 def _check_function(function: FunctionType, old: Edition, new: Edition, texts: Texts) -> None:
-    """Raise a ConditionError unless the edited program has a function's text; note that text."""
+    """Raise a ConditionError unless the edited program has a function's syntax; store that syntax."""
     code = function.__code__
     name = "its condition" if code.co_name == "<lambda>" else f"its condition {code.co_name}"
     if "__class__" in code.co_freevars or set(code.co_names) & (old.rebound | new.rebound):
@@ -121,7 +121,7 @@ def _covers(node: ast.Lambda | ast.FunctionDef, positions: set[Any]) -> bool:
 
 
 def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
-    """Return the syntax of all functions that the function may be in another edition."""
+    """Return the syntax of each function in another edition that may correspond to a function."""
     outer = _outer_function(function, edition)
     if outer is None:
         return []

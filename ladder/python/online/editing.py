@@ -48,12 +48,12 @@ class LogicEdit:
 
     @property
     def keeps(self) -> str:
-        """Text with the number of names that keep their values."""
+        """Text with the number of unchanged values."""
         return f"{len(self.kept)} fields and parts keep their values"
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The names that the edit affects, grouped by effect."""
+        """The affected names, grouped by effect."""
         return (
             ("new", self.new),
             ("changed", self.changed),
@@ -70,7 +70,7 @@ class LogicEdit:
 
 @dataclass(slots=True)
 class EditPlan:
-    """An edit that is possible."""
+    """A possible edit."""
 
     logic: Logic
     fresh: Logic  # an instance of the edited class
@@ -194,7 +194,7 @@ def _plan_sequences(
 
 
 def _continued_text(sequence: Sequence, moves: list[SequenceMove]) -> str:
-    """Return text that says where a sequence continues."""
+    """Return text with the line where a sequence continues."""
     frames = moves[0].frames
     line = frames[-1].target.point.node.lineno if frames else sequence.line
     return f"{sequence.name} at line {line}"

@@ -69,7 +69,7 @@ class Edition:
         )
 
     def changed_from(self, previous: Edition) -> frozenset[str]:
-        """Return the names, and attributes with a dot, that differ from an earlier edition.
+        """Return the names that differ from an earlier edition; attributes begin with a dot.
 
         These are functions, and constants of the class and its modules. Fields keep their values.
         """
@@ -80,7 +80,7 @@ class Edition:
         return frozenset(changed | functions | {f".{function}" for function in functions})
 
     def constants(self) -> dict[str, Any]:
-        """Return the values in the class body that no function assigns."""
+        """Return the values in the class body that are not assigned by any function."""
         constants: dict[str, Any] = {}
         for kind in reversed(self.kind.__mro__[: self.kind.__mro__.index(Logic)]):
             constants.update((name, value) for name, value in vars(kind).items() if is_plain(name, value))
@@ -92,7 +92,7 @@ class Edition:
         return constants.get(text.removeprefix("self")) if text.startswith("self.") else constants.get(text)
 
     def _constants(self) -> dict[str, Any]:
-        """Return all constants by name, those of the class with a dot."""
+        """Return all constants by name; names of class constants begin with a dot."""
         constants = {f".{name}": value for name, value in self.constants().items()}
         for names in self.modules.values():
             constants.update((name, value) for name, value in names.items() if is_plain(name, value))
@@ -111,7 +111,7 @@ class Edition:
 
     @cached_property
     def _sources(self) -> dict[str, str]:
-        """The text of each file, as the classes were loaded."""
+        """The text of each file when the classes were loaded."""
         sources: dict[str, str] = {}
         for kind in reversed(self.kind.__mro__):
             sources.update(vars(kind).get("_logic_sources", {}))
@@ -143,7 +143,7 @@ def is_plain(name: str, value: Any) -> bool:
 
 
 def _same(a: Any, b: Any) -> bool:
-    """Return whether constants are equal and of one type; enum members by name, as an edit reloads them."""
+    """Return whether constants have equal types and values; enum members are reloaded, so compare names."""
     if isinstance(a, Enum) and isinstance(b, Enum):
         return (type(a).__qualname__, a.name) == (type(b).__qualname__, b.name)
     if type(a) is not type(b):

@@ -20,7 +20,7 @@ class EditRefusal(SiteError):  # noqa: N818 - a refusal, not a defect
     """An edit that was refused because it might not continue correctly; nothing has changed.
 
     Attributes:
-        sequences: the sequences that can't continue; restarting them makes the edit possible.
+        sequences: the sequences that can't continue; if they are restarted, the edit is possible.
         refusals: the reason for each sequence; the sites are in the running program.
     """
 

@@ -1,4 +1,4 @@
-"""Objects that a rebuilt frame takes from the old frame.
+"""Objects that a rebuilt frame keeps from the old frame.
 
     ContinuedAwait    an await that has begun: it yields the current wait, then continues
     RemainingPasses   an iterator of a `for` during a pass: this pass, then the remaining passes
@@ -27,7 +27,7 @@ class ContinuedAwait:
         self.inner, self._wait = inner, wait
 
     def __await__(self) -> Generator[object, None, Any]:
-        """Yield the current wait, then pass on what the coroutine yields and gets, until it returns."""
+        """Yield the current wait, then forward values to and from the coroutine until it returns."""
         wait = self._wait
         while True:
             try:
@@ -63,7 +63,7 @@ class RemainingPasses:
 
 
 class OpenBlock:
-    """An open `with` or `async with` block, by its exit."""
+    """An open `with` or `async with` block, represented by its exit."""
 
     def __init__(self, leave: Exit) -> None:
         self.leave = leave

@@ -45,7 +45,7 @@ class _Reads:
         return bound
 
     def _statement(self, node: ast.stmt, bound: Names) -> Names:
-        """Collect the reads of a statement; return the names that are surely bound after it."""
+        """Collect the reads of a statement; return the names that are certainly bound after it."""
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             self._read(node, bound)
             return bound | {node.name}
@@ -89,7 +89,7 @@ class _Reads:
 
 
 def _leaves(block: list[ast.stmt]) -> bool:
-    """Return whether a block ends by leaving the statements around it, as by `return`."""
+    """Return whether a block ends by leaving the enclosing statements, such as by `return`."""
     return bool(block) and isinstance(block[-1], ast.Return | ast.Raise | ast.Continue | ast.Break)
 
 
@@ -124,7 +124,7 @@ def check_origins(
     """Raise a LocalsError for a needed local that would have another value in the edited function.
 
     Args:
-        changed: names, and attributes with a dot, that the edit changes.
+        changed: names that the edit changes; attributes begin with a dot.
         loops: heads of loops whose passes so far are the same.
     """
     old, new = _origins(*old_await), _origins(*new_await)
@@ -154,7 +154,7 @@ def check_unchanged(description: str, read: Collection[str], changed: Collection
 
 
 def _origins(function: Function, point: Point) -> dict[str, dict[str, Names]]:
-    """Return, for each local at a point, the statements that may have set it, and the names they read."""
+    """For each local at a point, return the statements that may have set it, and the names they read."""
     origins: dict[str, dict[str, Names]] = {}
     head = f"def {function.name}({ast.unparse(function.args)})"
     for argument in function.args.args + function.args.kwonlyargs + function.args.posonlyargs:
@@ -215,13 +215,13 @@ def _nodes(value: object) -> list[ast.AST]:
 
 
 def _loaded(nodes: list[Any]) -> Names:
-    """Return the names that nodes read, and attributes with a dot."""
+    """Return the names that nodes read; attributes begin with a dot."""
     attributes = (inner for node in nodes for inner in ast.walk(node) if isinstance(inner, ast.Attribute))
     return _names(nodes, ast.Load) | {f".{attribute.attr}" for attribute in attributes}
 
 
 def names_read(node: ast.AST) -> Names:
-    """Return the names that an expression reads, and attributes with a dot."""
+    """Return the names that an expression reads; attributes begin with a dot."""
     return _loaded([node])
 
 

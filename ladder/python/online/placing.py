@@ -1,4 +1,4 @@
-"""Moves the frames of a sequence to edited code; it first plans all moves, then makes them.
+"""Moves the frames of a sequence to edited code; all moves are planned before the first one.
 
     cycle          awaits self.make_round()            rebuilt, awaits the rebuilt make_round
       make_round   awaits within("5 s", ...)           rebuilt, awaits the same wait
@@ -197,7 +197,7 @@ def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
-    """Return the await at which a frame waits; raise a ValueError if none fits."""
+    """Return the await where a frame waits; raise a ValueError if no await matches."""
     matching = [point for point in points if point.is_at(frame.position)]
     if len(matching) != 1:
         raise ValueError("its await is not in the source")

@@ -52,7 +52,7 @@ class Point:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Its path with the kinds of the statements instead of their text, and its own text."""
+        """Its path with the kinds of statements instead of their text, and its own text."""
         return (*(f"{step.field} {type(step.node).__name__}" for step in self.steps), self.text)
 
     @property

@@ -91,7 +91,7 @@ class _Writer:
     # --- statements that contain the await
 
     def _simple(self, node: ast.stmt) -> ast.stmt:
-        """Return a simple statement whose await is replaced by the one that continues."""
+        """Return a simple statement with its await replaced by the continued await."""
         if not isinstance(node, _VALUE_OF) or node.value is None:
             raise CannotBeginError(_PARTLY_COMPUTED)
         return _with(node, value=self._first(node.value))
@@ -111,7 +111,7 @@ class _Writer:
         raise CannotBeginError(_PARTLY_COMPUTED)
 
     def _entered(self, node: Any) -> ast.stmt:
-        """Return an `async with` that takes an object whose entry is already waiting."""
+        """Return an `async with` for an object whose entry is already waiting."""
         if len(node.items) != 1:
             raise CannotBeginError("an `async with` has several objects")
         held = self._block(BlockKind.EXIT, node)
@@ -121,7 +121,7 @@ class _Writer:
     # --- statements around the await
 
     def _if(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
-        """Return the rest of the branch with the point; the whole `if` for a point in its condition."""
+        """Return the rest of the branch with the point, or the whole `if` for a point in its condition."""
         if step.field == "test":
             return [_with(node, test=self._first(node.test))]
         return self.block(getattr(node, step.field), depth + 1)
@@ -140,7 +140,7 @@ class _Writer:
         return [_with(node, test=test, body=[body])]
 
     def _for(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
-        """Write a loop whose first item stands for the current pass, so the target keeps its value."""
+        """Write a loop whose first item represents the current pass, so the target keeps its value."""
         if step.field == "orelse":
             return self.block(node.orelse, depth + 1)
         if step.field != "body":
@@ -153,7 +153,7 @@ class _Writer:
         return [_with(node, target=_at(ast.Name(turn, ast.Store()), node), iter=iterator, body=[body])]
 
     def _try(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
-        """Write the rest of a `try`: handlers still cover its body, and `finally` covers every part."""
+        """Write the rest of a `try`; handlers still cover its body, and `finally` covers every part."""
         if step.field == "finalbody":
             raise CannotBeginError("the await is in a `finally`")
         if step.field == "body":
@@ -172,7 +172,7 @@ class _Writer:
         return _at(ast.Try([_at(ast.Raise(error, None), inner)], [handler], [], []), inner)
 
     def _finally(self, node: Any, body: list[ast.stmt]) -> list[ast.stmt]:
-        """Return a body in a `try` with the statement's `finally`; the body itself without one."""
+        """Return a body in a `try` with the statement's `finally`, or the body itself if there is none."""
         if not node.finalbody:
             return body
         return [_at(ast.Try(body, [], [], node.finalbody), node)]
@@ -185,7 +185,7 @@ class _Writer:
         return [_with(node, items=items, body=self.block(node.body, depth + 1))]
 
     def _match(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
-        """Return the rest of the case with the point; the whole `match` for a point in its subject."""
+        """Return the rest of the case with the point, or the whole `match` for a point in its subject."""
         if step.field == "subject":
             return [_with(node, subject=self._first(node.subject))]
         inner: Any = step.inner
@@ -244,7 +244,7 @@ def _with(node: Node, **fields: Any) -> Node:
 
 
 def _at(node: Node, origin: Any) -> Node:
-    """Give a node a position, and also any nodes inside it without a position."""
+    """Set the position of a node and of all nodes inside it that have none."""
     ast.copy_location(node, origin)
     return ast.fix_missing_locations(node)
 
@@ -258,7 +258,7 @@ def compiled(
     """Compile a function that begins at a point.
 
     Args:
-        values: names of the kept locals, which become parameters of the same names.
+        values: names of the kept locals, which become parameters with the same names.
         original: the edited function, for its globals, names and cells.
 
     Raises:
@@ -299,7 +299,7 @@ def _own_nodes(function: ast.AST) -> list[ast.AST]:
 
 
 def _cell(original: FunctionType, name: str) -> CellType:
-    """Return the cell of a variable in a function; an empty one if the function has none."""
+    """Return the cell of a variable in a function, or an empty cell."""
     cells = dict(zip(original.__code__.co_freevars, original.__closure__ or (), strict=True))
     return cells[name] if name in cells else CellType()
 
@@ -309,7 +309,7 @@ def _code_in(code: CodeType) -> CodeType:
 
 
 def _renamed(code: CodeType, old: str, new: str) -> CodeType:
-    """Give a code object, and the codes inside it, the qualified names of the original."""
+    """Give a code object and its inner code objects the qualified names of the original."""
     constants = tuple(
         _renamed(constant, old, new) if isinstance(constant, CodeType) else constant
         for constant in code.co_consts

@@ -32,7 +32,7 @@ class BlockKind(Enum):
 
 
 class UnknownStackError(Exception):
-    """A frame's stack is not as expected."""
+    """The stack of a frame is not as expected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class WaitingFrame:
     awaited: Any  # the coroutine or generator that it awaits
 
     def block_objects(self, kinds: Sequence[BlockKind]) -> list[Any]:
-        """Return the objects of its open blocks, outermost first; for a handler its exception.
+        """Return the objects of its open blocks, outermost first; a handler's object is its exception.
 
         Args:
             kinds: kinds of the blocks, outermost first.
@@ -85,7 +85,7 @@ def _bound_exit(function: Any, owner: Any) -> Any:
 
 
 def _is_of_kind(kind: BlockKind, item: Any) -> bool:
-    """Return whether an object from the stack may be that of a block of a kind."""
+    """Return whether an object from the stack can belong to a block of this kind."""
     if kind is BlockKind.ITERATOR:
         return hasattr(item, "__next__")
     if kind is BlockKind.EXIT:

@@ -112,7 +112,7 @@ class Timer(PresetBlock):
         self._stop()
 
     def _run(self) -> bool:
-        """Start the time, or let it continue; return whether it is over."""
+        """Start or continue the timer; return whether its time is over."""
         if self._clock is None:
             raise ValueError(f"{self.name or type(self).__name__} has no time before the first scan")
         now_ns = self._clock.now_ns

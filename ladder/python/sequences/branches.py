@@ -206,7 +206,7 @@ class First(Several[Any]):
 
     @override
     def decide(self, now_ns: int) -> bool:
-        """Return whether a wait has ended, the first one in the order of the arguments."""
+        """Return whether any wait has ended; the first in argument order is the result."""
         for place, wait in enumerate(self.waits):
             if self.poll_one(wait, now_ns):
                 self._winner = place

@@ -207,7 +207,7 @@ class Sequence:
         self._depend_on(wait)
 
     def _depend_on(self, wait: Wait[Any] | None) -> None:
-        """Store what its next turns depend on, see `watch`; an order makes the next turn due."""
+        """Store the dependencies of its next turns, see `watch`; an order makes the next turn due."""
         watch = NOTHING if wait is None else wait.watched()
         self._due = watch is None or self._ordered
         if watch is not None:
@@ -247,7 +247,7 @@ _UNSEEN = -1  # no masked word
 
 
 def _close(work: Coroutine[Any, Any, object]) -> None:
-    """Close a coroutine; ignore that it awaits something instead of ending."""
+    """Close a coroutine; ignore an await that keeps it from ending."""
     try:
         work.close()
     except RuntimeError:

@@ -43,7 +43,7 @@ def sequence(function: Method, /) -> SequenceMethod: ...
 @overload
 def sequence(*, start: bool = True) -> Callable[[Method], SequenceMethod]: ...
 def sequence(function: Method | None = None, *, start: bool = True) -> Any:
-    """Make a sequence of an `async def` method; with `start=False` it waits for `restart`."""
+    """Make an `async def` method a sequence; with `start=False`, it waits for `restart`."""
     if function is None:
         return lambda function: SequenceMethod(function, start)
     return SequenceMethod(function, start)
@@ -61,7 +61,7 @@ def _check_method(function: Any) -> None:
 
 
 def where_is(function: Any) -> str:
-    """Return file and line of a function."""
+    """Return the file and line of a function."""
     code = getattr(function, "__code__", None)
     return "?" if code is None else f"{code.co_filename}:{code.co_firstlineno}"
 

@@ -1,7 +1,7 @@
 """Generates a scan of a logic instance as one function, for its devices and sequences.
 
-It calls only a device that is not idle, and a sequence that is due or that depends on a change, see `watch`.
-`Logic._logic_scan_slowly` does the same scan, slowly but readably.
+It calls only devices that are not idle, and sequences that are due or that depend on a change, see `watch`.
+`Logic._logic_scan_slowly` does the same scan in slower but more readable code.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
 
     Args:
         logic: a `Logic`, whose module imports this one.
-        plain: the `every_scan` that does nothing.
+        plain: the `every_scan` of the base class, which does nothing.
     """
     names: dict[str, Any] = {
         "clock": logic._logic_clock,
@@ -75,7 +75,7 @@ def _turns(device: Device, own: str, names: dict[str, Any]) -> Iterator[str]:
 
 @lru_cache(maxsize=256)
 def _compiled(body: str, names: tuple[str, ...]) -> Callable[..., Any]:
-    """Return a function that makes the scan, given the objects that its names stand for."""
+    """Return a function that creates the scan, given the objects for its names."""
     lines = "\n".join(f"        {line}" for line in body.splitlines())
     text = f"def make({', '.join(names)}):\n    def scan_once(scan):\n{lines}\n    return scan_once\n"
     space: dict[str, Any] = {}

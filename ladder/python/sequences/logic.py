@@ -67,7 +67,7 @@ class Logic:
         cls._logic_sources = sources_of(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
-        """Create an instance with its own parts and sequences; its `__init__` need not call the base's."""
+        """Create an instance with its own parts and sequences; `__init__` need not call the base class."""
         logic = super().__new__(cls)
         logic._logic_made = (args, options)
         logic._logic_clock = Clock()
@@ -86,7 +86,7 @@ class Logic:
         self._logic_scan(scan)
 
     def _logic_by_turns(self, scan: LogicScan) -> None:
-        """Do one scan, part by part, and generate the code that does the scans after it."""
+        """Do one scan, part by part, and generate the code for later scans."""
         self._logic_scan_slowly(scan)
         if self._logic_slots is not None:
             self._logic_scan = generated_scan(self, Logic.every_scan)
@@ -229,7 +229,7 @@ def fields_of(logic: Logic) -> dict[str, Field]:
 
 
 def _is_plain(logic: Logic, name: str) -> bool:
-    """Return whether reading a name runs no user code."""
+    """Return whether a name can be read without running user code."""
     return name in vars(logic) or not hasattr(getattr(type(logic), name, None), "__get__")
 
 

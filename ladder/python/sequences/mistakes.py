@@ -87,7 +87,7 @@ def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
 
 
 def _unawaited_wait(scope: _Scope, node: ast.AST) -> str:
-    """Return the mistake in a statement that is a wait; "" without a mistake."""
+    """Return the mistake in a statement that is a wait; "" if there is none."""
     if not (isinstance(node, ast.Expr) and scope.is_wait(node.value)):
         return ""
     text = ast.unparse(node.value)
@@ -95,7 +95,7 @@ def _unawaited_wait(scope: _Scope, node: ast.AST) -> str:
 
 
 def _hidden_part(scope: _Scope, node: ast.AST) -> str:
-    """Return the mistake in an assignment to a part of the class; "" without a mistake."""
+    """Return the mistake in an assignment to a part of the class; "" if there is none."""
     for target in _targets(node):
         declaration = scope.of_self(target)
         if isinstance(declaration, Part | SequenceMethod) and not hasattr(type(declaration), "__set__"):
@@ -105,7 +105,7 @@ def _hidden_part(scope: _Scope, node: ast.AST) -> str:
 
 
 def _undeclared_field(scope: _Scope, node: ast.AST) -> str:
-    """Return the mistake in an assignment to an undeclared field; "" without a mistake."""
+    """Return the mistake in an assignment to an undeclared field; "" if there is none."""
     if not (isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)):
         return ""
     if not (isinstance(node.value, ast.Name) and node.value.id == "self") or scope.fields is None:
@@ -137,7 +137,7 @@ def _fields(cls: type) -> frozenset[str] | None:
 
 
 def _unread_wait(scope: _Scope, node: ast.AST, names: frozenset[str], attributes: frozenset[str]) -> str:
-    """Return the mistake in a statement that stores a wait that nothing reads; "" without a mistake."""
+    """Return the mistake in a statement that stores a wait that nothing reads; "" if there is none."""
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
         return ""
@@ -175,7 +175,8 @@ def _targets(node: ast.AST) -> list[ast.expr]:
 def sources_of(cls: type) -> dict[str, str]:
     """Return the text of each file that defines methods of a class or functions of their modules.
 
-    An edit of a running program compares this text with the edited text, since by then the file has changed.
+    An edit of a running program compares this text with the edited text, because the file has changed by
+    then.
     """
     functions = list(_functions(cls))
     for names in [function.__globals__ for function in functions]:
@@ -200,14 +201,14 @@ def _body_of(function: FunctionType) -> ast.AST | None:
 
 
 def _file(name: str) -> _File:
-    """Return the functions and read attributes of a file, as it is now."""
+    """Return the functions in the current version of a file, and the attributes that it reads."""
     linecache.checkcache(name)
     return _parsed("".join(linecache.getlines(name)))
 
 
 @lru_cache(maxsize=4)
 def _parsed(source: str) -> _File:
-    """Return the functions in a source and the attributes that it reads; nothing for a SyntaxError."""
+    """Return the functions in a source and the attributes that it reads; none for a SyntaxError."""
     try:
         tree = ast.parse(source)
     except SyntaxError:

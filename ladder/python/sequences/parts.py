@@ -145,7 +145,7 @@ def words_of(slots: Slots) -> dict[int, ModuleWords]:
 
 
 def site_of_caller() -> Site:
-    """Return file and line of the innermost code on the stack outside this package."""
+    """Return the file and line of the innermost code on the stack that is outside this package."""
     frame = sys._getframe(1)
     while frame.f_code.co_filename.startswith(_OURS) and frame.f_back is not None:
         frame = frame.f_back

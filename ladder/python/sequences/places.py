@@ -50,7 +50,7 @@ def find_word(text: str, image: str, rack: Rack) -> Address:
 
 
 def _find(text: str, image: str, rack: Rack, candidates: Iterator[tuple[str, Address]]) -> Address:
-    """Return the address that a text names: a bare name among the candidates, or a place in the image."""
+    """Return the address for a text, which is a candidate's bare name or a place in the image."""
     if _BARE_NAME.fullmatch(text):
         return _by_name(text, image, list(candidates))
     address = parse_address(text, rack)

@@ -194,7 +194,7 @@ class Output(Signal):
         return words[word] & mask != 0
 
     def __set__(self, logic: Any, on: bool | Level) -> None:
-        """Switch the bit by True, False, a number, or an object with a level, such as an input."""
+        """Set the bit from True, False, a number, or an object with a level, such as an input."""
         try:
             words, word, mask = logic._places[self.name]
         except KeyError:

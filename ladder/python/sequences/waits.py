@@ -28,7 +28,7 @@ Place = tuple[memoryview, int, int]
 """Words of an image, index of the word, mask of the bits."""
 
 Condition = Callable[[], object]
-"""A function that is called in every scan; its result counts as true or false."""
+"""A function that is called in every scan; its result is evaluated as true or false."""
 
 
 class SequenceTurn(threading.local):
@@ -76,7 +76,7 @@ class Wait(Generic[T_co]):
 
     @property
     def moved(self) -> int:
-        """Number of resumptions of the branches inside it."""
+        """Number of times that the branches inside the wait have resumed."""
         return 0
 
     def begin(self, now_ns: int) -> None:
@@ -91,11 +91,11 @@ class Wait(Generic[T_co]):
         return None  # type: ignore[return-value]  # a wait without a value is a Wait[None]
 
     def give_up(self, now_ns: int) -> bool:
-        """Stop waiting; return whether it has ended. A branch may need more scans for its `finally`."""
+        """Stop waiting; return whether the wait has ended. A branch may need more scans for its `finally`."""
         return True
 
     def continue_giving_up(self, now_ns: int) -> bool:
-        """Continue to give up in the next scan; return whether it has ended."""
+        """Continue to stop in the next scan; return whether the wait has ended."""
         return True
 
     def drop(self) -> None:
@@ -224,7 +224,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
 
 class dwell(Wait[None]):  # noqa: N801
-    """Waits for a time such as "2 s" from the scan of the await, until the first scan at or after its end."""
+    """Waits for a time such as "2 s", from the scan of the await to the first scan at or after its end."""
 
     __slots__ = ("_over_ns", "length_ns", "time")
 

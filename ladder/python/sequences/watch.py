@@ -1,4 +1,4 @@
-"""The dependencies of a wait. A scan need not poll the wait while none of them changes.
+"""The dependencies of a wait. A scan need not poll the wait until one of them changes.
 
     Edge, until(input)      a masked word of an input image
     dwell                   the time
@@ -18,7 +18,7 @@ NEVER_NS = 1 << 63
 
 
 class Flag(Protocol):
-    """An object that ends once."""
+    """An object that ends once, such as a command."""
 
     ended: bool
 

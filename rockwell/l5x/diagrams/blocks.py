@@ -109,7 +109,7 @@ FUNCTION = "__F"
 
 
 def canonical(name: str) -> str:
-    """Return the name that a block or function has in `BLOCKS`; other revisions may name it differently.
+    """Return the name of a block or function in `BLOCKS`; other revisions may use another name.
 
     >>> canonical("SQRT__F"), canonical("add")
     ('SQR', 'ADD')

@@ -82,7 +82,7 @@ class _Lowering:
     """Writes a diagram as structured text, one element after another in order of execution."""
 
     def __init__(self, content: ElementRecord, routine: str, names: DocumentNames) -> None:
-        """Read a diagram and find what it writes; each function's value gets a tag."""
+        """Read a diagram and find the tags that it writes; generate a tag for each function's value."""
         self._content, self._names = content, names
         self._diagram = Diagram(content)
         self._values = Values(self._diagram, routine, names)
@@ -165,7 +165,7 @@ class _Lowering:
     def _write_inputs(self, node: Node) -> None:
         """Copy values to the block's inputs, which are members of its tag.
 
-        The operator [:=] lets prescan clear EnableIn.
+        Because of the operator [:=], prescan clears EnableIn.
         """
         inouts = self._values.inouts(node)
         for wire in self._diagram.inputs_of(node):
@@ -214,7 +214,7 @@ class _Lowering:
         self._add_conditional(node, body)
 
     def _function(self, node: Node) -> None:
-        """Add the assignment of a function's value, with its wired inputs in place of the pins."""
+        """Add the assignment of a function's value, with its wired inputs instead of the pins."""
         form = form_of(node)
         assert form is not None
         wired = {wire.name.upper(): wire.source for wire in self._diagram.inputs_of(node)}
@@ -230,7 +230,7 @@ class _Lowering:
         self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
 
     def _add_on(self, node: Node) -> None:
-        """Add the call of an add-on; an argument is that of an InOut, or else a member of its tag."""
+        """Add the call of an add-on with its InOuts' arguments, and members of its tag for the rest."""
         parameters = self._names.arguments(node.type)
         if parameters is None:
             raise node.refused(f"no add-on {node.type} in the file")

@@ -90,7 +90,7 @@ class _Sheet:
         return "" if source is None else self._values.text(source)
 
     def _element(self, node: Node, wired: set[str]) -> DrawnElement:
-        """Return an element as it is drawn: with its pins if it runs, else with one label."""
+        """Return an element as drawn: with its pins if it runs, else with one label."""
         _, x, y, _ = node.position
         lines = tuple(self._shared.lines.get(node, ()))
         if node.tag not in RUN:
@@ -137,7 +137,7 @@ def _words(node: Node, name: str) -> list[str]:
 
 
 def _text(record: ElementRecord) -> DrawnElement:
-    """Return a text box as it is drawn, without wires."""
+    """Return a text box as drawn, without wires."""
     x, y = (int(number_of(record.attributes.get(name, "")) or 0) for name in "XY")
     text = record.text.strip() or next((child.text.strip() for child in record.children), "")
     return DrawnElement("text", x, y, tuple(text.splitlines()))

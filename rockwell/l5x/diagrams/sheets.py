@@ -159,7 +159,7 @@ class Diagram:
                 self._wire(number, child)
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
-        """Add an element, but not a wire or remark; raise a DiagramError if it is unknown or ambiguous."""
+        """Add an element; ignore wires and remarks. Raise a DiagramError if it is unknown or ambiguous."""
         if record.tag in (*_WIRES, *_REMARKS):
             return
         number = number_of(record.attributes.get("ID", ""))
@@ -190,7 +190,7 @@ class Diagram:
         wired_pins[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
 
     def _end(self, sheet: int, number: str) -> Node | None:
-        """Return the element with an ID on a sheet; None if there is none."""
+        """Return the element with an ID on a sheet; None if the sheet has no such element."""
         node_number = number_of(number)
         return None if node_number is None else self.nodes.get((sheet, node_number))
 

@@ -22,7 +22,7 @@ from .sheets import Diagram, Node, Pin
 
 @dataclass(frozen=True, slots=True)
 class DocumentNames:
-    """Functions that look up names of a diagram in the document."""
+    """Functions that look up the names of a diagram in the document."""
 
     type_of: Callable[[Address], DataType | None]
     resolved: Callable[[str], str]  # the tag of a name without aliases, in capitals

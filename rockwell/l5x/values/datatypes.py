@@ -31,7 +31,7 @@ from .module_bits import with_bit_places
 from .per_type import per_type
 
 PATH_BYTES, VALUE_BYTES = 1400, 8
-"""Measured memory, in bytes, of a path to values, such as `Line.Speed`, and of one of its values."""
+"""Measured memory, in bytes, for a path such as `Line.Speed`, and for each of its values."""
 
 EIGHTS_SINCE = 27
 """First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""

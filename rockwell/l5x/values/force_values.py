@@ -28,7 +28,7 @@ from .raw import RawReader, bytes_in, fits
 from .value_texts import ValueTextError
 
 Force = tuple[str, bool | int | float]
-"""The end of an address, after the tag's name, and the forced value."""
+"""The part of an address after the tag's name, and the forced value."""
 
 
 class _Place(NamedTuple):
@@ -65,7 +65,7 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
 
 
 def _forces_in_bytes(data: bytes, kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
-    """Yield the forces in force data: the image, the mask and the values of a tag."""
+    """Yield the forces in force data, which has the image, the mask and the values of a tag."""
     size, remainder = divmod(len(data), 3)
     mask, values = data[size : 2 * size], data[2 * size :]
     if not any(data if remainder else mask):
@@ -199,7 +199,7 @@ class _ForceMask:
                     yield place._replace(path=index + place.path)
 
     def _members(self, kind: Structure, begin: int) -> Iterator[_Place]:
-        """Yield the places of the values in a structure; bits of a hidden integer have names of members."""
+        """Yield the places of the values in a structure; bits of a hidden integer get member names."""
         bits = {bit_member.at.upper(): bit_member.name for bit_member in kind.members if bit_member.at}
         for member, offset, bit in self._layouts.places(kind):
             if bit is not None:

@@ -49,7 +49,7 @@ def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], reading: ValueRea
 
 
 def _l5k_tree(text: str) -> Any:
-    """Return the text of a single value, or lists of texts that are nested like the brackets.
+    """Return the text of a single value, or texts in lists that are nested like the brackets.
 
     Raises:
         ValueTextError: the text is not one value.
@@ -93,7 +93,7 @@ def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueR
 
 
 def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
-    """Return the elements in nested lists; missing ones at the end are zero. None if all are zero."""
+    """Return the elements in nested lists, with zeros for missing ones at the end; None if all are zero."""
     flat: list[Any] = [tree]
     for _ in dims:  # each dimension has its own level of brackets
         flat = list(chain.from_iterable(branch for branch in flat if isinstance(branch, list)))

@@ -89,7 +89,7 @@ class Layouts:
     def is_complete(self, kind: Structure) -> bool:
         """Return whether `parts` covers the memory of a type.
 
-        A single BOOL of another type is a bit of a word that is unknown.
+        In other types, a single BOOL is a bit of an unknown word.
         """
         name = kind.name.upper()
         if name in self.add_ons or kind in _WITH_STATUS:
@@ -140,13 +140,13 @@ class Layouts:
         return _Memory(tuple(places), -(-size // widest) * widest, widest)
 
     def _alignment(self, kind: DataType) -> int:
-        """Return the number of bytes at whose multiples a value of a type begins."""
+        """Return the alignment of a type, in bytes; its values begin at multiples of it."""
         if isinstance(kind, Structure):
             return self._memory(kind).alignment
         return WORD_BYTES if kind is BOOL else size_of(kind)
 
     def is_certain(self, kind: DataType) -> bool:
-        """Return whether all arrays in a type begin at multiples of 4, where all alignments agree."""
+        """Return whether all arrays in a type begin at multiples of 4, where all alignment rules agree."""
         if isinstance(kind, Elementary) or kind.is_string:
             return True
         return all(

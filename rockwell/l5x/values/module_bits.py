@@ -1,11 +1,11 @@
-"""BOOLs of module-defined types, which are bits of the preceding integer although no file says so.
+"""BOOLs of module-defined types, which are bits of the preceding integer, although no file shows this.
 
 | BOOLs after an integer | bits |
 |---|---|
 | as many as it has bits | all, in order |
 | numbered from 0 on: `Ch0Status`, `Ch1Status` | their numbers |
 | numbered with gaps at their ends: `Ch0Range_8`, `Ch0Range_9` | their numbers |
-| others, and BOOLs with values that differ from the integer's bits | memory of their own |
+| others, and BOOLs with values that differ from the integer's bits | their own memory |
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
 
 
 def _is_series(names: Sequence[str]) -> bool:
-    """Return whether names differ only in their first number, which counts from 0."""
+    """Return whether names differ only in their first number, and the numbers count up from 0."""
     matches = [_NUMBER.search(name) for name in names]
     numbers = [int(match[0]) for match in matches if match]
     patterns = {_NUMBER.sub("#", name, count=1) for name in names}

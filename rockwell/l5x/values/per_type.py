@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 
 
 def per_type(method: Callable[[Owner, Kind], Result]) -> Callable[[Owner, Kind], Result]:
-    """Cache a method's results by a type's identity, since equal types may have different initial values."""
+    """Cache a method's results by type identity, because equal types may have different initial values."""
     name = method.__name__
 
     @wraps(method)

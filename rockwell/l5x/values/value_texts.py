@@ -80,7 +80,7 @@ def _single_of(text: str, kind: Elementary, remark: Callable[[str], None]) -> fl
 
 
 def _integer_of(text: str) -> int:
-    """Return an integer from a radix, characters, a date, a duration, a truth value or a rounded number."""
+    """Return an integer from a radix, characters, a date, a duration, a Boolean or a rounded number."""
     radix = _RADIX.fullmatch(text)
     if radix:
         try:

@@ -50,7 +50,7 @@ _MARKS = {
     True: re.compile(rf"{_BLANK}*+(?:{_MARK})", re.ASCII),
     False: re.compile(rf"(?:{_BLANK}|{_ZERO})*+(?:{_MARK})", re.ASCII),
 }
-"""The pattern that finds one tag after another; the key tells whether it finds members with the value 0."""
+"""Patterns that find one tag after another; the key says whether members with the value 0 are found."""
 
 _HEAD, _TAIL = '<Data Format="Decorated">', "</Data>"
 
@@ -103,7 +103,7 @@ class Data:
 
     Args:
         cut: the texts that `cut_out` has cut out of the document.
-        parse: parses such a text, which begins at a line of the file.
+        parse: parses one of these texts, given its first line in the file.
     """
 
     __slots__ = ("_element", "_parse", "_text", "form", "value")
@@ -135,7 +135,7 @@ class Data:
         return self._parse(self._text, self._element.sourceline)
 
     def values(self, *, zeros: bool) -> list[DecoratedValue]:
-        """Return its values; without `zeros`, members with the value 0 may be missing."""
+        """Return its values; if `zeros` is not set, members with the value 0 may be missing."""
         read = None
         if self._text is not None:
             read = _read(self._text.decode(), _MARKS[zeros])

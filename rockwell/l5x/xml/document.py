@@ -74,7 +74,7 @@ def parse_document(data: bytes, file: str) -> L5xDocument:
 
 
 def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
-    """Return the root of a document without the decorated data, and the decorated data, see `data`."""
+    """Return the root of a document without its decorated data, and the decorated data; see `data`."""
     text, cut = cut_out(checked(data, file))
     return root_of(text, file), cut
 
@@ -220,7 +220,7 @@ class _L5xReader:
         )
 
     def _routine(self, element: Any, *, tested: bool = False) -> RoutineRecord:
-        """Return the record of a routine, with the version under edit that runs.
+        """Return the record of a routine, with the version that the controller executes.
 
         Args:
             tested: whether its program executes (tests) accepted edits.
@@ -327,7 +327,7 @@ DEEPEST = 8
 
 
 def _edit_types(contents: Iterable[Any]) -> list[str]:
-    """Return the edit's type for each version of a routine's content; "" for one not under edit."""
+    """Return the edit type of each version of a routine's content; "" for a version that is not edited."""
     return [content.get("OnlineEditType", "") for content in contents]
 
 

@@ -50,7 +50,7 @@ def whole_in(text: str) -> int:
 
 
 def children(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the elements at the end of a path of names; none if the element is None."""
+    """Yield the elements at the end of a path of names; yield nothing if the element is None."""
     if element is None:
         return
     name, *inner_path = path

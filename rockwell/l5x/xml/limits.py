@@ -1,7 +1,7 @@
 """Limits for a document's content; limits for its XML are in `parsing`.
 
 All logic of a document is compiled for the trial, so time and memory depend on these counts. The largest
-controllers have about 15,000 rungs. A document beyond a limit is refused before anything is built.
+controllers have about 15,000 rungs. A document that exceeds a limit is refused before it is built.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ class ElementRecord:
     line: int
 
     def child(self, tag: str) -> ElementRecord | None:
-        """Return the first child with a tag."""
+        """Return the first child with the given tag."""
         return next((child for child in self.children if child.tag == tag), None)
 
 
@@ -211,7 +211,7 @@ class L5xDocument:
             owner.forced.clear()
 
     def _with_data(self) -> Iterator[TagRecord | ModuleTagRecord]:
-        """Yield the records that refer to XML of values: tags, parameters, and tags of modules."""
+        """Yield the records that refer to the XML of their values: tags, parameters and module tags."""
         yield from self.tags
         for program in self.programs:
             yield from program.tags
@@ -222,7 +222,7 @@ class L5xDocument:
 
     @property
     def whole(self) -> bool:
-        """Whether it is a whole controller, so that no name in it is undefined."""
+        """Whether the file contains a whole controller, and therefore defines every name that it uses."""
         return self.target == "Controller"
 
 

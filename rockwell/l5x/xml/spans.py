@@ -1,9 +1,9 @@
-"""Finds the positions of elements in the text of an L5X, so that an edit replaces only those bytes.
+"""Finds the positions of elements in the text of an L5X, so that an edit replaces only their bytes.
 
     <Rung Number="0" Type="N"><Text>XIC(Go);</Text></Rung>
     ^begin                    ^inner               ^close ^end
 
-It finds only the elements that exports and edits change: the parts of the controller, its programs, their
+Finds only the elements that exports and edits change: the parts of the controller, its programs, their
 tags and routines, and rungs with their texts.
 """
 
@@ -66,20 +66,20 @@ class Span:
 
     @property
     def name(self) -> str:
-        """Its Name; "" if it has none."""
+        """The value of its Name attribute; "" if it has none."""
         return self.attributes.get("Name", "")
 
     @property
     def is_empty(self) -> bool:
-        """Whether it is a single tag such as `<Tags/>`."""
+        """Whether the element is a single tag such as `<Tags/>`."""
         return self.inner == self.end
 
     def child(self, tag: str) -> Span | None:
-        """Return the first child with a tag."""
+        """Return the first child with the given tag."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def all(self, tag: str) -> list[Span]:
-        """Return the children with a tag."""
+        """Return the children with the given tag."""
         return [child for child in self.children if child.tag == tag]
 
 
@@ -112,7 +112,7 @@ class L5xText:
         return [program for group in groups for program in group.children]
 
     def line(self, position: int) -> int:
-        """Return the line of a position in the text."""
+        """Return the line number of a position in the text."""
         return 1 + self._decoded.lead.count(b"\n") + self.text.count(b"\n", 0, position)
 
     def spliced(self, splices: Iterable[Splice]) -> bytes:
@@ -204,7 +204,7 @@ class _Finder:
         return roots[0]
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        """Add the span of an element to its parent's; skip elements that `_FOLLOWED` does not list."""
+        """Add the span of an element to its parent's span; skip elements that `_FOLLOWED` does not list."""
         parent = self._open_spans[-1]
         followed = _FOLLOWED.get(parent.tag, ())
         if self._skipped_depth or not (tag in followed or followed is _ALL):
@@ -232,7 +232,7 @@ class _Finder:
 
 
 def defined(spans: Iterable[Span], name: str) -> Iterator[Span]:
-    """Yield the elements with a name that the file defines, without references; see `defined_routines`."""
+    """Yield the elements that define a name, but not references to it; see `defined_routines`."""
     for span in spans:
         use = span.attributes.get("Use")
         has_content = any(child.tag.endswith("Content") for child in span.children)

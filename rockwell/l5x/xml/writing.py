@@ -28,7 +28,7 @@ def cdata(text: str) -> Any:
 
 
 def flag(on: bool) -> str:
-    """Return the text of an attribute that is true or false."""
+    """Return the text of a Boolean attribute."""
     return "true" if on else "false"
 
 

@@ -1,4 +1,4 @@
-"""Encoder autocorrect: makes up the missing motor steps after an index move [Encoder Commands].
+"""Encoder autocorrect, which makes up for missing motor steps after an index move [Encoder Commands].
 
 expected = encoder at the start + distance * ratio
 |expected - encoder| <= window        done

@@ -102,7 +102,7 @@ class Pcl601Controller:
         self._now_ns = now_ns
 
     def settle(self, now_ns: int) -> None:
-        """Carry out all events that are due now; call this after any external change."""
+        """Handle all events that are due now; call this after any external change."""
         self._now_ns = now_ns
         self._due_ns = None
         while True:
@@ -112,7 +112,7 @@ class Pcl601Controller:
         self._due_ns = self._next_event_ns()
 
     def _run_program(self, now_ns: int) -> bool:
-        """Carry out the stored program's next instruction if it is due; return whether it was."""
+        """Carry out the stored program's next instruction if it is due; return whether it was due."""
         if self.runner is None or self.runner.next_wake_ns is None or self.runner.next_wake_ns > now_ns:
             return False
         self.runner.advance(now_ns, self)
@@ -125,7 +125,7 @@ class Pcl601Controller:
 
     @property
     def now_ns(self) -> int:
-        """The present instant."""
+        """The current instant."""
         return self._now_ns
 
     # outputs and registers
@@ -155,7 +155,7 @@ class Pcl601Controller:
         return self.values
 
     def register(self, register: Register) -> int:
-        """Return the present value of a register."""
+        """Return the current value of a register."""
         return self.read()[register]
 
     def take_sent(self) -> bytes:
@@ -207,7 +207,7 @@ class Pcl601Controller:
         return True
 
     def written(self, register: Register) -> None:
-        """If the register sets a target for Go, make it the target of the next Go."""
+        """If the register sets a target for Go, use this target for the next Go."""
         if register is Register.STEPS:
             self._aim = Aim.STEPS
         elif register is Register.ABS_TARGET:
@@ -255,7 +255,7 @@ class Pcl601Controller:
         self.autorun = enabled
 
     def _code_table(self) -> dict[Code, Callable[[], bool]]:
-        """Return the actions of the command codes; an action returns whether it was accepted.
+        """Return the actions of the command codes; each action returns whether its command was accepted.
 
         Inputs are read when the action is called.
         """

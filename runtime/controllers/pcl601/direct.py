@@ -114,7 +114,7 @@ class Direct:
         return None
 
     def _without_parameters(self, action: Callable[[], str | None]) -> Callable[[Command, str], str | None]:
-        """Wrap the action of a command without parameters so that it refuses any."""
+        """Wrap the action of a command so that it refuses parameters."""
 
         def check_and_act(_: Command, parameters: str) -> str | None:
             return self._refuse(Error.RANGE) if parameters else action()
@@ -151,7 +151,7 @@ class Direct:
         return None
 
     def _home(self, _: Command, parameters: str) -> str | None:
-        """Begin to home, as type 0 or 1."""
+        """Start homing, type 0 or 1."""
         flag = self._flag(parameters)
         if flag is not None:
             self._controller.do(Code.HOME_TYPE_1 if flag else Code.HOME_TYPE_0)

@@ -17,7 +17,7 @@ from scanrack.io_images.pcl601.terminals import ON_FLY_PULSE_NS
 from .register_values import Values
 
 POSITIONS_MAX = 100_000
-"""Maximum number of pulses whose positions are kept; the latest ones are kept."""
+"""Maximum number of pulse positions to keep; older ones are dropped."""
 
 
 class OutputOnFly:
@@ -26,7 +26,7 @@ class OutputOnFly:
     Attributes:
         next_position: position of the next pulse, or None if there is none.
         positions: position register at each pulse so far.
-        until_ns: end of the present pulse, or None between pulses.
+        until_ns: end of the current pulse, or None between pulses.
     """
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class OutputOnFly:
         self._pulses_left = max(1, values[Register.NUMBER_OF_OUTPUTS]) if spacing else 1
 
     def end(self) -> None:
-        """End the move; the present pulse continues."""
+        """End the move; the current pulse continues."""
         self.next_position = None
 
     def power_off(self) -> None:
@@ -54,7 +54,7 @@ class OutputOnFly:
         self.until_ns = None
 
     def settle(self, now_ns: int, position: int) -> bool:
-        """Begin or end a pulse if that is due; return whether it was."""
+        """Begin or end a pulse if due; return whether one was due."""
         if self.until_ns is not None and now_ns >= self.until_ns:
             self.until_ns = None
             return True

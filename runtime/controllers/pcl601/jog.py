@@ -24,7 +24,7 @@ class JogInputs:
         self._released = True
 
     def wait_for_release(self, waiting: bool = True) -> None:
-        """Ignore the direction inputs until both have been open."""
+        """Ignore the direction inputs until both are open."""
         self._released = not waiting
 
     def selected(self) -> int:

@@ -2,7 +2,7 @@
 
     power-up, reset, |  ------->  Modbus RTU, 8E1  ------ code 11 ----->  AA ASCII, 8N1
 
-In Modbus a frame ends with the silence after it, and then the reply follows. In ASCII a line ends with CR,
+In Modbus, a silence ends a frame, and then the reply follows. In ASCII a line ends with CR,
 and the reply follows immediately.
 """
 
@@ -30,7 +30,7 @@ WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
 
 _BIT_NS = 1_000_000_000 / pcl601_frames.LINE_FORMAT.baud
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
-"""A silence of 3.5 t_char ends a frame; a pause of 1.5 t_char inside it spoils it [Message Framing]."""
+"""A silence of 3.5 t_char ends a frame; a pause of 1.5 t_char inside it is an error [Message Framing]."""
 
 
 class Pcl601:
@@ -73,7 +73,7 @@ class Pcl601:
 
     @property
     def _present_format(self) -> LineFormat:
-        """The format of the present protocol."""
+        """The format of the current protocol."""
         is_ascii = self.controller.protocol is Protocol.ASCII  # faster than a look-up in `FORMATS`
         return pcl601_ascii.LINE_FORMAT if is_ascii else pcl601_frames.LINE_FORMAT
 
@@ -172,7 +172,7 @@ class Pcl601:
             self._direct.clear()
 
     def _receive_ascii(self, now_ns: int, data: bytes) -> None:
-        """Pass characters to the ASCII mode; one of its commands may switch back to Modbus."""
+        """Pass characters to the ASCII mode; one of its commands switches back to Modbus."""
         for character in data:
             self._output += self._direct.receive(character)
             self.controller.settle(now_ns)

@@ -100,7 +100,7 @@ class Modbus:
         return reply_to_write(request)
 
     def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
-        """Check all values, then store them all; carry out a command last."""
+        """Check all values, then store them; carry out a command last."""
         first, values = request.address, request.registers
         if first + len(values) > WORD_COUNT:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
@@ -125,7 +125,7 @@ class Modbus:
     def _check_value(self, row: Row, value: int) -> None:
         """Refuse to write a locked register during a motion, or a value out of its range.
 
-        A value of two words is not checked, since a request may write only one of them.
+        A value of two words is not checked, since a request can write only one of them.
         """
         if row.locked and self._controller.busy:
             self._refuse(DEVICE_BUSY, Error.BUSY)
@@ -148,7 +148,7 @@ class Modbus:
             self._refuse(DEVICE_BUSY, Error.MODE)
 
     def _refuse(self, code: int, error: Error) -> None:
-        """Set an error bit, and raise the exception with a code."""
+        """Set an error bit, and raise a Modbus exception with the given code."""
         self._controller.report(error)
         raise ModbusRefusedError(code)
 

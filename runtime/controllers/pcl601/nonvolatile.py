@@ -39,7 +39,7 @@ class Pcl601Memory(BaseModel):
         return self.model_copy(update={"address": address})
 
     def restore(self, unit: Pcl601) -> None:
-        """Power up a new device with this memory; a program already in the device is newer, so it stays."""
+        """Power up a new device with this memory; a program already in the device is newer, so it is kept."""
         controller = unit.controller
         controller.values[Register.ADDRESS] = self.address
         newer_program = program_of(unit)
@@ -51,7 +51,7 @@ class Pcl601Memory(BaseModel):
 
 
 class Pcl601MemoryReader:
-    """Reads a device's present memory, and formats each program only once."""
+    """Reads a device's current memory, and formats each program only once."""
 
     def __init__(self, unit: Pcl601) -> None:
         self._unit = unit
@@ -59,7 +59,7 @@ class Pcl601MemoryReader:
         self._lines: tuple[str, ...] = ()
 
     def read(self) -> Pcl601Memory:
-        """Return the present memory."""
+        """Return the current memory."""
         program = program_of(self._unit)
         if program is not self._program:
             self._program = program

@@ -3,7 +3,7 @@
 The table in `activities` lists the activities and how they end.
 
 Nothing is sampled. `next_event_ns` returns the next instant at which the caller must call `settle`: a step at
-which an input may change, the end of a motion, or a timer. Between events, a motion is a closed form of time.
+which an input can change, the end of a motion, or a timer. Between events, a motion is a closed form of time.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class SimulatedPcl601Axis:
     """The axis of a PCL601.
 
     Attributes:
-        activity: the present activity, None when idle.
-        direction: direction of the present or last motion, +1 or -1.
+        activity: the current activity, None when idle.
+        direction: direction of the current or last motion, +1 or -1.
 
     Args:
         values: the registers, which contain position and encoder count.
@@ -94,13 +94,13 @@ class SimulatedPcl601Axis:
             self._autocorrect = Autocorrect(self._values, distance)
 
     def slew(self, now_ns: int) -> None:
-        """Begin to slew in the direction set by the direction register."""
+        """Start to slew in the direction set by the direction register."""
         self._begin_endless(now_ns, AxisActivity.SLEW)
         values = self._values
         self._registration = values[Register.STEPS] if values[Register.INDEX_ON_FLY] else 0
 
     def home(self, now_ns: int, activity: AxisActivity) -> None:
-        """Begin to home, as `HOME_0` or `HOME_1`, in the direction set by the direction register."""
+        """Start homing, as `HOME_0` or `HOME_1`, in the direction set by the direction register."""
         self._begin_endless(now_ns, activity)
 
     def stop_hard(self) -> None:
@@ -117,7 +117,7 @@ class SimulatedPcl601Axis:
             self._slow(now_ns)
 
     def power_off(self) -> None:
-        """Stop at the present position, as a loss of power does."""
+        """Stop at the current position, as a loss of power does."""
         self._end()
         self.fly.power_off()
         self.jog.wait_for_release(False)
@@ -167,7 +167,7 @@ class SimulatedPcl601Axis:
         return steps
 
     def settle(self, now_ns: int) -> bool:
-        """Carry out one event that is due; return whether one was due."""
+        """Handle one event if due; return whether one was due."""
         if self.fly.settle(now_ns, self._values[Register.POSITION]):
             return True
         if self.activity is None:
@@ -263,14 +263,14 @@ class SimulatedPcl601Axis:
             self._motion = self.speeds.stop(self._running, now_ns)
 
     def _hit_hard_limit(self, now_ns: int) -> None:
-        """End the motion; after a correction, the encoder is checked once more."""
+        """End the motion; after a correction, check the encoder again."""
         if self.activity is AxisActivity.CORRECTION:
             self._begin_settling(now_ns)
         else:
             self._end()
 
     def _finish(self, now_ns: int) -> None:
-        """Go on after the last step: back off from home, check the encoder, or end."""
+        """Continue after the last step: back off from home, check the encoder, or end."""
         if self.activity is AxisActivity.HOME_1_STOP:
             back_off = run(now_ns, 0, -self.direction, self.speeds.at_base())
             self._begin(AxisActivity.HOME_1_BACK, -self.direction, back_off)
@@ -325,7 +325,7 @@ class SimulatedPcl601Axis:
     # jog
 
     def _jog_from_rest(self, now_ns: int) -> bool:
-        """Begin to jog if an input selects a direction and nothing forbids it; return whether it began."""
+        """Begin to jog if an input selects a direction and nothing prevents it; return whether it began."""
         direction = self.jog.selected()
         if direction == 0:
             return False
@@ -366,7 +366,7 @@ class SimulatedPcl601Axis:
         self.activity, self.direction, self._motion = activity, direction, motion
 
     def _end(self) -> None:
-        """End the motion; the present pulse on the fly continues."""
+        """End the motion; the current pulse on the fly continues."""
         self._motor.end_motion()
         self.fly.end()
         self._clear()
@@ -380,7 +380,7 @@ class SimulatedPcl601Axis:
 
     @property
     def _running(self) -> Motion:
-        """The present motion; it is an error to ask for it at rest."""
+        """The current motion; reading it at rest is an error."""
         if self._motion is None:
             raise AssertionError("no motion is running")
         return self._motion

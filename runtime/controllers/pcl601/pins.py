@@ -11,7 +11,7 @@ from ...machine.contacts import GROUND, OPEN, Contact, nearest_edge
 
 FULL_SCALE_VOLTS = 5
 HIGH_VOLTS = 2
-"""Lowest voltage at which input 1 is high; the manual gives no value."""
+"""Lowest voltage at which input 1 is high; the manual does not state it."""
 
 
 class Pcl601Pins:

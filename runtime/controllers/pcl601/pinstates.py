@@ -37,7 +37,7 @@ def connect(pins: Pcl601Pins, name: str, state: str) -> None:
 
 
 def _volts(state: str) -> Fraction:
-    """Return the voltage in a state such as `2.5V`; raise a ValueError if it is not one in range."""
+    """Return the voltage in a state such as `2.5V`; raise a ValueError if it is not a voltage in range."""
     try:
         volts = Fraction(state.removesuffix("V").strip())
     except (ValueError, ZeroDivisionError):

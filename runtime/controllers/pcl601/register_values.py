@@ -12,8 +12,8 @@ class Values(dict[Register, int]):
     set.
 
     Attributes:
-        analog_speed: whether input 1 may set the maximum speed; see `set_analog`.
-        analog_position: whether input 1 may set the absolute position; see `set_analog`.
+        analog_speed: whether input 1 can set the maximum speed; see `set_analog`.
+        analog_position: whether input 1 can set the absolute position; see `set_analog`.
     """
 
     def __init__(self) -> None:

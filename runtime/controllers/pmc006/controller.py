@@ -75,7 +75,7 @@ class Pmc006Controller:
         return min(self.axis.next_ns(), self.interpreter.next_ns(self.now_ns))
 
     def advance(self, now_ns: int) -> None:
-        """Carry out all events up to and including `now_ns`."""
+        """Handle all events up to and including `now_ns`."""
         while (due_ns := self.next_ns()) <= now_ns:
             self._arrive(due_ns)
             self.axis.end_if_due(due_ns)
@@ -189,7 +189,7 @@ class Pmc006Controller:
     # -- instructions ------------------------------------------------------------------------
 
     def _allows(self, row: InstructionRow, data: int) -> bool:
-        """Return whether the type of controller accepts an instruction's data."""
+        """Return whether this type of controller accepts an instruction's data."""
         if row.name == "microstepping" and data == 256:
             return self.options.max_microstep == 256
         if row.name == "set_position" and self.options.i_signed:
@@ -262,7 +262,7 @@ class Pmc006Controller:
         return 0
 
     def _on_pins(self, changed: int, levels: int) -> None:
-        """Pass changed pins to the axis, and those that went low to the user program."""
+        """Pass changed pins to the axis, and pins that went low to the user program."""
         self.axis.on_pins(changed, levels)
         self.interpreter.on_pins(changed & ~levels)
 

@@ -14,7 +14,7 @@ from ...line.pmc006_frames import LINE_FORMAT
 from .controller import Pmc006Controller
 
 RECEIVE_TIMEOUT_NS = 50_000_000
-"""Silence after which an incomplete frame is dropped (interpretation: the manual gives no value [4.1])."""
+"""Silence after which an incomplete frame is dropped (interpretation: the manual does not state it [4.1])."""
 
 
 class Pmc006:
@@ -44,7 +44,7 @@ class Pmc006:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event; the present instant if a reply is waiting."""
+        """Instant of the next event; the current instant if a reply is waiting."""
         if self._replies:
             return self.controller.now_ns
         next_ns = self.controller.next_ns()

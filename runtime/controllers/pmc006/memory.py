@@ -1,4 +1,4 @@
-"""Parameters of a PMC006x3s: values in force, and saved values [4.3.17]."""
+"""Parameters of a PMC006x3s: active values and saved values [4.3.17]."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Pmc006Memory(BaseModel):
 
     @classmethod
     def of(cls, controller: Pmc006Controller) -> Self:
-        """Return the present memory of a controller."""
+        """Return the current memory of a controller."""
         memory = controller.memory
         return cls.model_construct(parameters=memory.saved, program=tuple(map(str, memory.lines)))
 
@@ -53,7 +53,7 @@ class Pmc006Memory(BaseModel):
         return self.model_copy(update={"parameters": self.parameters | {"device_address": address}})
 
     def restore(self, controller: Pmc006Controller) -> None:
-        """Power up a new device with this memory; a program already in the device is newer, so it stays."""
+        """Power up a new device with this memory; a program already in the device is newer, so it is kept."""
         memory = controller.memory
         memory.restore(self.parameters)
         memory.lines = memory.lines or assemble("\n".join(self.program)).lines

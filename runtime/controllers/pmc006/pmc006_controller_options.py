@@ -13,7 +13,7 @@ Number = Annotated[int, Field(ge=0, le=INT32_MAX)]
 
 
 class Pmc006ControllerOptions(Options):
-    """Versions of the hardware, and interpretations of the manual that a real device may contradict.
+    """Versions of the hardware, and interpretations of the manual that a real device might contradict.
 
     Attributes:
         step_ack_value: data in the response to a successful step instruction; the manual's example shows 3

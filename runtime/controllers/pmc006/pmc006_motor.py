@@ -74,7 +74,7 @@ class SimulatedPmc006Axis:
     """The motor and its motions.
 
     Attributes:
-        doing: the present activity.
+        doing: the current activity.
         physical: steps since power-up, with sign; commands never set it.
         flags: latched emergency stops of EXT1 and EXT2, as in status register 1.
         stalled: whether the motor has stalled since the last start.
@@ -123,7 +123,7 @@ class SimulatedPmc006Axis:
 
     @property
     def may_start(self) -> bool:
-        """Whether a motion may begin: at rest, not released, and no emergency stop latched."""
+        """Whether a motion can begin: at rest, not released, and no emergency stop latched."""
         return not (self.moving or self._memory["free_run"] or self.flags)
 
     @property
@@ -207,7 +207,7 @@ class SimulatedPmc006Axis:
                 self._triggered(stop)
 
     def stall(self) -> None:
-        """Stop the motor because the encoder shows that it does not follow."""
+        """Stop the motor, because the encoder shows that the motor has stalled."""
         self.halt()
         self.stalled = True
 

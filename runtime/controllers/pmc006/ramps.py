@@ -111,6 +111,6 @@ def _append_long_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
 
 
 def _append_ramp(course: Course, steps: Fraction, from_nsps: int, to_nsps: int) -> None:
-    """Append an S-curve over a number of steps; nothing for 0 steps."""
+    """Append an S-curve over a number of steps; append nothing for 0 steps."""
     if steps:
         course.ramp_over(steps, from_nsps, to_nsps, RAISED_COSINE)

@@ -30,7 +30,7 @@ LATE_S = 0.1
 """Additional wait after a missing answer, s; an answer that arrives during it is dropped."""
 
 TRIES = 3
-"""Number of attempts for a request that may be repeated."""
+"""Number of attempts for a request that can safely be repeated."""
 
 POLL_S = 0.05
 """Time between two reads of a motion's state, s."""
@@ -44,7 +44,7 @@ class LinkError(Exception):
 
     Attributes:
         reason: the error message, without the received bytes.
-        received: the bytes that arrived of a missing or damaged answer.
+        received: the bytes of an incomplete or damaged answer that arrived.
     """
 
     def __init__(self, message: str, received: bytes = b"") -> None:

@@ -95,7 +95,7 @@ class ModbusLine(Protocol):
         """Send the request once; return the answer.
 
         Raises:
-            LinkError: there is no answer, it belongs to another request, or it is an exception.
+            LinkError: the answer is missing, belongs to another request, or is an exception.
         """
 
     def pause(self, seconds: float) -> None:

@@ -32,8 +32,8 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # this client r
 class ModbusTcpLine(ModbusLine):
     """A connection to a Modbus TCP device, for one request at a time.
 
-    It connects at the first request, and again at the first request after a failure, so that it never takes
-    bytes of a failed exchange for an answer.
+    It connects at the first request, and again at the first request after a failure, so that it never
+    mistakes bytes of a failed exchange for an answer.
 
     Args:
         answer_s: longest wait for an answer, 0.01 to 60 s.
@@ -96,7 +96,7 @@ class ModbusTcpLine(ModbusLine):
 class ModbusTcpLink(Link):
     """A connection to a Modbus TCP device that acts as a link, for a master that builds its own frames.
 
-    `send` carries out the requests in its frames one after the other; `receive` returns the reply frames.
+    `send` carries out the requests in its frames one after another; `receive` returns the reply frames.
 
     Raises:
         LinkError: the connection fails.

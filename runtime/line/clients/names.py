@@ -47,6 +47,6 @@ def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> Settable
 
 
 def check_read_back(name: str, value: int, value_read: int) -> None:
-    """Raise RefusedError if a value reads back differently from what was set."""
+    """Raise RefusedError if the value read back differs from the value set."""
     if value_read != value:
         raise RefusedError(f"{name} was set to {value}, but reads {value_read}")

@@ -27,7 +27,7 @@ SETTABLE: dict[str, Row] = {
 """Registers that can be set; for commands see `Pcl601Client.command`."""
 
 STATE_WORDS = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
-"""Words of one read: the registers from position to errors, with everything that a motion changes."""
+"""Words of one read: the registers from position to errors, including everything that a motion changes."""
 
 EXCEPTIONS = {
     1: "unknown function",
@@ -163,7 +163,7 @@ class Pcl601Client(MotionClient[Registers]):
         """Start a move by a signed number of steps; return its target.
 
         Raises:
-            ValueError: 0, or too many steps.
+            ValueError: the number of steps is 0 or too large.
         """
         if not 1 <= abs(steps) <= POSITION_LIMIT:
             raise ValueError(f"{steps} steps: must be 1 to {POSITION_LIMIT} in either direction")
@@ -182,7 +182,7 @@ class Pcl601Client(MotionClient[Registers]):
         return lambda state: self._check_encoder(state, expected_position)
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
-        """Search for the home switch with the manual's home type 0 or 1; return the final position.
+        """Home the axis with the manual's home type 0 or 1; return the final position.
 
         The device does not set the position to 0 and does not report its home input. A search succeeds if a
         motion was seen and ended without an error and without an active hard limit.
@@ -223,7 +223,7 @@ class Pcl601Client(MotionClient[Registers]):
         return self.begin(code.name, lambda: self._send_once(pdus.command(code)), moves=code in MOTIONS)
 
     def _check_encoder(self, state: Registers, expected_position: int) -> None:
-        """Raise a StoppedError if the encoder is off a position, in pulses, by more than its window."""
+        """Raise a StoppedError if the encoder differs from a position, in pulses, by more than its window."""
         deviation = state.values[Register.ENCODER_POSITION] - expected_position
         window = state.values[Register.ENCODER_WINDOW]
         if abs(deviation) > window:
@@ -235,7 +235,7 @@ class Pcl601Client(MotionClient[Registers]):
         return until_answered(lambda: self._send_once(request))
 
     def _send_once(self, request: ModbusPDU) -> ModbusPDU:
-        """Return the answer to a request; give an exception its meaning, and count a missing answer."""
+        """Send a request once; return the answer. Explain an exception, and count a missing answer."""
         try:
             return self._line.ask(self.address, request)
         except ModbusExceptionError as error:

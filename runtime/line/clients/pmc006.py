@@ -53,7 +53,7 @@ READABLE: dict[str, InstructionRow] = {
 BY_ZERO: dict[str, InstructionRow] = {
     row.name: row for row in PARAMETERS if row.asks_by_zero and row.name != ADDRESS
 }
-"""Parameters whose setting instruction may read them if its data is 0."""
+"""Parameters that their setting instruction might read if its data is 0."""
 
 SETTABLE: dict[str, InstructionRow] = {
     row.name: row
@@ -109,7 +109,7 @@ class Pmc006Client(MotionClient[ControllerView]):
     Args:
         link: the line, 9,600 baud, 8N1.
         answer_s: longest wait for an answer, 0.01 to 60 s.
-        by_zero: whether to read also the values in `BY_ZERO`.
+        by_zero: whether to also read the values in `BY_ZERO`.
     """
 
     final = Status1.STALL
@@ -166,7 +166,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         self._change_address(address, send, "status1")
 
     def do(self, name: str, data: int = 0) -> None:
-        """Carry out an action that may be repeated, such as clearing a flag.
+        """Carry out an action that can safely be repeated, such as clearing a flag.
 
         Raises:
             ValueError: the name is not an action, or the action starts a motion.
@@ -216,7 +216,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         """Start a move by a signed number of steps; return its target.
 
         Raises:
-            ValueError: 0, or too many steps.
+            ValueError: the number of steps is 0 or too large.
         """
         if not 1 <= abs(steps) <= BY_NAME["step"].high:  # type: ignore[operator]
             raise ValueError(f"{steps} steps: must be 1 to {BY_NAME['step'].high} in either direction")
@@ -306,7 +306,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         return until_answered(lambda: self._send_once(code, data))
 
     def _send_once(self, code: int, data: int, new_address: int | None = None) -> int:
-        """Send an instruction once; return the data of the answer, which may come from a new address."""
+        """Send an instruction once; return the data of the answer, which can come from a new address."""
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self.faults += 1  # until a valid answer arrives

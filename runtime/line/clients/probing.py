@@ -1,4 +1,4 @@
-"""Detection of devices on a line: read-only requests to one address after the other.
+"""Detects devices on a line by read-only requests to each address in turn.
 
     PCL601 in Modbus RTU    function 11h, report address and firmware      38,400 8E1
     PCL601 in AA ASCII      @% CR, verify axis number, to any address      38,400 8N1
@@ -44,7 +44,7 @@ class FoundDevice:
 
 
 OnRequest = Callable[[str, int], None]
-"""Function called before every request with its protocol and address; 0 stands for any address."""
+"""Function called before every request with its protocol and address; 0 means any address."""
 
 OpenLine = Callable[[LineFormat], Link]
 """Function that opens the line in a format."""
@@ -53,7 +53,7 @@ OpenLine = Callable[[LineFormat], Link]
 def probe(
     open_line: OpenLine, addresses: Iterable[int] | None, on_request: OnRequest
 ) -> Iterator[FoundDevice]:
-    """Probe the addresses in one protocol after the other; yield each device as soon as it answers.
+    """Probe the addresses in each protocol in turn; yield each device as soon as it answers.
 
     Args:
         open_line: function that opens the line in a format; the line is closed before it is opened in another
@@ -112,7 +112,7 @@ def _find_in_turn(
     request_for: Callable[[int], LineRequest],
     on_request: OnRequest,
 ) -> Iterator[FoundDevice]:
-    """Probe one address after the other; yield `device` with each address that answers."""
+    """Probe each address in turn; yield `device` with each address that answers."""
     with closing(open_line(device.line_format)) as link:
         for address in addresses:
             on_request(device.language, address)

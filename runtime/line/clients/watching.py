@@ -1,4 +1,4 @@
-"""Motions through a client: how they start and end, and what happens if the line is lost during a motion.
+"""Motions through a client: starting, watching, stopping, and handling a line that is lost during a motion.
 
     start, sent once --> motion seen --> rest, confirmed --> done
                      --> no motion: the error says what is missing
@@ -85,11 +85,11 @@ StateType = TypeVar("StateType", bound=ControllerView)
 class MotionClient(ABC, Generic[StateType]):
     """A client for a device with a motor.
 
-    A motion raises LinkError if it was refused or may not have begun, and MonitoringLostError if the line
+    A motion raises LinkError if it was refused or possibly did not begin, and MonitoringLostError if the line
     fails after the start.
 
     Attributes:
-        harmless: error bits that a successful motion may set.
+        harmless: error bits that a successful motion can set.
         final: error bits that make a motion fail, even if they were set before it.
         faults: number of missing or damaged answers so far.
     """
@@ -140,7 +140,7 @@ class MotionClient(ABC, Generic[StateType]):
         """Move by a signed number of steps and wait for the end; return the position.
 
         Raises:
-            ValueError: 0, or too many steps.
+            ValueError: the number of steps is 0 or too large.
             StoppedError: the move did not end at its target, or ended with an error.
         """
         check = self._prepare_check(steps)

@@ -2,7 +2,7 @@
 
     0-1  transaction   2-3  protocol, 0   4-5  length of the rest   6  unit   7...  PDU
 
-A client may send further requests without waiting; the replies are in order. A connection ends if it receives
+A client can send further requests without waiting; the replies are in order. A connection ends if it receives
 bytes that are not Modbus TCP.
 
 pymodbus's framer and server are not used. The framer loses a byte after an 11h request. The server answers

@@ -20,7 +20,7 @@ NO_PTY = "this system has no pseudo-terminals: use --tcp, or --serial with a pai
 class PtyPort(Port):
     """A pseudo-terminal in raw mode; not available on Windows.
 
-    Programs may open and close its path at any time, because this port keeps the client's end open so that
+    Programs can open and close its path at any time, because this port keeps the client's end open so that
     the terminal never hangs up. Speed and parity have no effect. The operating system refuses even parity, so
     set the program to no parity.
 

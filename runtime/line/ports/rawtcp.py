@@ -14,7 +14,7 @@ from .sockets import Listener
 class RawTcpPort(Port):
     """Carries the line's bytes over TCP: RTU frames, or ASCII while the unit uses ASCII.
 
-    Several clients may connect, but they share one line, so replies go to the latest sender.
+    Several clients can connect, but they share one line, so replies go to the latest sender.
 
     Args:
         port: port number; 0 selects any free port.

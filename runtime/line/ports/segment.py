@@ -4,7 +4,7 @@
     unit 1             |reply|
     unit 2   |request|  |reply|  quiet |    a unit does not hear its own characters
 
-A port delivers a whole frame at once, so the master's bytes may arrive while a unit is still sending. These
+A port delivers a whole frame at once, so the master's bytes can arrive while a unit is still sending. These
 bytes wait until the line is quiet, since on a real line they would follow the reply.
 """
 

@@ -75,7 +75,7 @@ class SerialPort(Port):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
-        """Change the format, which a reopened port has too."""
+        """Change the format, also for a port that is reopened later."""
         if line_format == self._format:
             return
         self._format = line_format

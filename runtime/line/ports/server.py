@@ -98,7 +98,7 @@ class PduServer(PortServer[ModbusTcpPort]):
 
     Args:
         device: a unit, or a `BusSegment` of several units.
-        answer: function that carries out a request PDU at the device's present instant and returns the reply
+        answer: function that carries out a request PDU at the device's current instant and returns the reply
         PDU.
         listener: called with every request and reply, as unit and PDU.
     """
@@ -122,7 +122,7 @@ class PduServer(PortServer[ModbusTcpPort]):
         self._device.advance(self._clock.now_ns())
 
     def _advance_and_answer(self, unit: int, pdu: bytes) -> bytes | None:
-        """Return the reply to a request at the present instant, and notify the listener of both."""
+        """Return the reply to a request at the current instant, and notify the listener of both."""
         now_ns = self._clock.now_ns()
         self._device.advance(now_ns)
         reply, address = self._answer(unit, pdu), bytes((unit,))
@@ -177,7 +177,7 @@ class Stop:
         self.requested = False
 
     def request(self) -> None:
-        """Request a stop after the present step."""
+        """Request a stop after the current step."""
         self.requested = True
 
 

@@ -51,7 +51,7 @@ class Listener:
         self._selector.register(self._socket, selectors.EVENT_READ, self)
 
     def wait(self, seconds: float) -> Iterator[tuple[socket.socket, bytes]]:
-        """Accept new connections; yield the bytes received on the others, b"" for a closed connection."""
+        """Accept new connections; yield the bytes received on existing ones, b"" for a closed connection."""
         for key, _ in self._selector.select(seconds):
             yield from self.take(key.fileobj)
 

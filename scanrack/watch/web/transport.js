@@ -11,7 +11,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 60, "max"];
 const FASTEST = 60; // times real time, for a recording
 
 const pauseButton = button("Pause", pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
-const goButton = button("Go on", go, { text: "▶", title: "Go on (space)", class: "sign" });
+const goButton = button("Continue", go, { text: "▶", title: "Continue (space)", class: "sign" });
 const stepButton = button("Step", step, { text: "▶❘", title: "One scan (.)", class: "sign" });
 const speedChoice = el("select", { "aria-label": "Speed", title: "Speed requested", change: chosen },
   ...SPEEDS.map(speed => el("option", { value: speed }, speed === "max" ? "max" : `${speed}×`)));

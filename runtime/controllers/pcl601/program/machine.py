@@ -55,7 +55,7 @@ class ProgramMachine:
         self.next_wake_ns = now_ns
 
     def stop(self) -> None:
-        """Stop at the present line; a motion in progress continues."""
+        """Stop at the current line; a motion in progress continues."""
         self.next_wake_ns = None
 
     def advance(self, now_ns: int, axis: Axis601) -> None:
@@ -69,7 +69,7 @@ class ProgramMachine:
         self._previous_line = line
 
     def _carry_out(self, step: Step, axis: Axis601) -> bool:
-        """Carry out a step and go on to the next one; return whether the program continues."""
+        """Carry out a step and advance to the next one; return whether the program continues."""
         if step.instruction.needs_idle and axis.busy:
             axis.report(Error.BUSY)
             return False
@@ -86,7 +86,7 @@ class ProgramMachine:
         return True
 
     def _finish(self, _step: Step, axis: Axis601) -> bool:
-        """Go on to the next line if the controller is not busy; otherwise repeat this line."""
+        """Advance to the next line if the controller is not busy; otherwise repeat this line."""
         if not axis.busy:
             self.line += 1
         return True
@@ -107,7 +107,7 @@ class ProgramMachine:
         return self.line < len(self.program.steps)
 
     def _goto(self, step: Step, _axis: Axis601) -> bool:
-        """Jump to the label; RETURN comes back to the next line."""
+        """Jump to the label; a later RETURN jumps to the line after this one."""
         self._return_line = self.line + 1
         return self._jump(step)
 
