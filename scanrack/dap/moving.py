@@ -25,7 +25,7 @@ def go(adapter: Adapter, _arguments: Json) -> Json:
 
 
 def _refuse_or_return(adapter: Adapter) -> None:
-    """Refuse the first continue from a past scan, listing the possible commands; return on the second."""
+    """Refuse the first continue from a past scan and list the commands; on the second, go to the latest."""
     scan, last = adapter.place().scan, adapter.the_subject().extent[1]
     if adapter.returns_to_present:
         adapter.returns_to_present = False
