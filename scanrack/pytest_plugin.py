@@ -7,7 +7,7 @@
     pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage --scanrack-debug
 
 A failed test leaves a recording of each of its benches. Its report explains the values of the tags in the
-failure, and gives the command that opens the recording at the last scan. The plugin imports nothing else from
+failure, and shows the command that opens the recording at the last scan. The plugin imports nothing else from
 scanrack before a test uses a fixture.
 """
 
@@ -116,7 +116,7 @@ def artifacts(request: pytest.FixtureRequest) -> Path:
 
 
 def _artifacts_of(item: pytest.Item) -> TestArtifacts:
-    """Return the artifacts of a test; the first call makes them."""
+    """Return the artifacts of a test; the first call creates them."""
     if ARTIFACTS not in item.stash:
         from scanrack.testing.artifacts import TestArtifacts
 

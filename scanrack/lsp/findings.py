@@ -1,4 +1,4 @@
-"""Checks of documents. Checks that run Python use their own process, since they may hang or print."""
+"""Checks of documents. Checks that run Python use their own process, since they can hang or print."""
 
 from __future__ import annotations
 

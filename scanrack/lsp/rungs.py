@@ -169,7 +169,7 @@ def block_signature(block: AddOn) -> str:
 
 
 def block_text(block: AddOn) -> str:
-    """Return the description of a block in Markdown: its operands, what it does, and its parameters."""
+    """Return the description of a block in Markdown: its operands, function, and parameters."""
     lines = []
     for parameter in block.parameters:
         if parameter.mode is not ParameterMode.LOCAL:
@@ -196,7 +196,7 @@ def _members(type_name: str) -> list[Offer]:
 
 
 def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
-    """Yield the instructions that rungs or structured text may contain, without duplicates."""
+    """Yield the instructions that rungs or structured text can contain, without duplicates."""
     for instruction in {spec.name: spec for spec in _instructions(text).values()}.values():
         is_usable = (not instruction.instead) if structured else instruction.in_rungs
         if is_usable:

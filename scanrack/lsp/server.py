@@ -21,7 +21,7 @@ from . import racks, rungs
 from .findings import findings
 
 REST_S = 0.2
-"""Time without typing before a text is checked."""
+"""Time without typing before a text is checked, s."""
 
 LEVELS = {
     "error": types.DiagnosticSeverity.Error,
@@ -143,7 +143,7 @@ def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
 
 
 def _complete(server: RackServer, params: types.CompletionParams) -> types.CompletionList:
-    """Return the keys, values, instructions and names that may stand at a position."""
+    """Return the keys, values, instructions and names that are allowed at a position."""
     path, text, line, line_number, column = _position(server, params)
     offers: list[rungs.Offer] = []
     if path.suffix == RACK:

@@ -12,7 +12,7 @@ _is_own_process = False
 
 
 def own_process() -> None:
-    """Note that this process belongs to a command, so that imported modules stay until its end."""
+    """Note that this process belongs to a command and keeps its imported modules until it ends."""
     global _is_own_process
     _is_own_process = True
 

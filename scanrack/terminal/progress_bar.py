@@ -10,7 +10,7 @@ from scanrack.runtime.loop.cpu import Cpu
 
 
 class CpuProgress(Progress):
-    """A bar of the CPU's scans, updated each time that it is drawn."""
+    """A bar of the CPU's scans, updated each time it is drawn."""
 
     def __init__(self, cpu: Cpu, scans: int | None, console: Console) -> None:
         self._cpu: Cpu | None = None  # until the task exists: the next line draws the bar

@@ -47,5 +47,5 @@ def print_notes(*traces: HasNotes) -> None:
 
 
 def itself(trace: Path) -> Used:
-    """Return the command's input, as an entry of the files that its output must not overwrite."""
+    """Return the command's input as an entry in the files that its output must not overwrite."""
     return {trace: "the trace itself"}

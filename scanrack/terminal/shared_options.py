@@ -97,7 +97,7 @@ def selection(ranges: Sequence[str] | None) -> Selection:
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
 
     Raises:
-        ValueError: one is not a range, or two are of the same kind.
+        ValueError: a text is not a range, or two ranges are of the same kind.
     """
     from scanrack.traces.signals import Selection
 

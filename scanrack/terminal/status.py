@@ -41,7 +41,7 @@ def complain_of_helper() -> int:
 
 
 def ignore(_text: str) -> None:
-    """Print nothing, instead of `complain`."""
+    """Print nothing. Used in place of `complain`."""
 
 
 def size_of(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""Standard streams that may be closed or full, or a pipe without a reader.
+"""Handles standard streams that are closed or full, or a pipe without a reader.
 
 Commands write without checks. If a write fails, `LostOutput` ends the command; no handler for errors of other
 files catches it. Later writes have no effect, so that no further message appears when the interpreter ends.
@@ -65,7 +65,7 @@ class _GuardedFile(io.FileIO):
 
 
 def closed_streams_plugged() -> None:
-    """Occupy the numbers of closed standard streams, so that files that are opened later do not get them.
+    """Occupy the numbers of closed standard streams, so that files opened later do not get them.
 
     A socket with number 0 would be closed with standard input. Writing to such a number fails.
     """

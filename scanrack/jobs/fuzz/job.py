@@ -63,7 +63,7 @@ class Setup:
     seed: int = 0
 
     def with_absolute_paths(self) -> Setup:
-        """Return the setup with absolute paths, for a worker in another folder."""
+        """Return the setup with absolute paths, for a worker that runs in another folder."""
         files = tuple(file.absolute() for file in self.invariants)
         return replace(self, rack=os.path.abspath(self.rack), invariants=files)
 
@@ -167,7 +167,7 @@ def logic_factory(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
 
 
 class _FunctionMaker:
-    """Creates the function of a Python program again, with new globals in all modules of its folder."""
+    """Recreates the function of a Python program, with new globals in all modules of its folder."""
 
     def __init__(self, address: str, folder: Path) -> None:
         self._address, self._folder = address, folder
@@ -175,7 +175,7 @@ class _FunctionMaker:
         self._outside_modules: set[str] = set()  # names of modules that are not in the folder
 
     def __call__(self) -> ScanLogic:
-        """Execute the program again, without the modules that it imported before; return its function."""
+        """Execute the program again, without its previously imported modules; return its function."""
         if sys.modules.keys() - self._outside_modules:
             forget_imported(self._folder)
             self._outside_modules = set(sys.modules)

@@ -38,7 +38,7 @@ class LearnedScenario(NamedTuple):
 
 
 def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
-    """Yield the changes of the inputs in time order. For real hardware, they are derived from status bits."""
+    """Yield the input changes in time order. For real hardware, they are derived from status bits."""
     live = {slot.number for slot in spec.slot if slot.is_live}
     recorded = [stimulus for stimulus in recorded_stimuli(recording) if stimulus.slot not in live]
     derived = [stimulus for stimulus in recorded_levels(recording) if stimulus.slot in live]
@@ -48,8 +48,9 @@ def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """Return the stimuli of a recording or a `watch` session as a scenario for any rack.
 
-    The files in the trace are not used, so the trace need not be trusted. The scenario does not include the
-    incidents in the rack file.
+    This does not use the files in the trace, so the trace does not have to be trusted. The scenario does not
+    include the
+    injected faults in the rack file.
 
     Raises:
         ValueError: the trace can't be read, or its events do not fit the rack.

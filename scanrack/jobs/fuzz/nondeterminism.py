@@ -1,4 +1,4 @@
-"""Finds a program's sources of nondeterminism: chance, the clock, threads, its process.
+"""Finds a program's sources of nondeterminism: chance, the clock, threads, or its process.
 
     call                                          source
     random.random and similar, without a seed     chance
@@ -9,7 +9,7 @@
 
 A profile function records the calls while the program is loaded and called. It covers only code that is
 executed, and does not detect the effect of a set's order. It can explain a difference between two runs, but
-it can't rule out a difference.
+can't rule out differences.
 """
 
 from __future__ import annotations

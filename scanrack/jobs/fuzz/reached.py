@@ -19,7 +19,7 @@ from .aim.corpus import Feature
 from .aim.probe import noting
 
 LARGE = 1 << 30
-"""Used for a number of instructions if only its size is recorded, see `aim.probe.SMALL`."""
+"""Count for a number of instructions that is recorded only by size, see `aim.probe.SMALL`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ def _python_reach(program: Path, seen: Collection[Feature]) -> ProgramReach:
 
 
 class _Notes(NamedTuple):
-    """The notes of the probe in all runs.
+    """The probe's notes from all runs.
 
     Attributes:
         counts: largest number of instructions that passed power, by index of the note.
@@ -100,7 +100,7 @@ class _Notes(NamedTuple):
 
 
 def _notes_in(seen: Collection[Feature]) -> _Notes:
-    """Return the notes on the power in rungs that are among the changes of all runs."""
+    """Return the notes about power in rungs from the changes in all runs."""
     notes = _Notes({}, {})
     for group, kind in seen:
         match group, kind:
@@ -115,7 +115,7 @@ def _notes_in(seen: Collection[Feature]) -> _Notes:
 
 
 def _instructions(logic: LadderLogic, lowered: LoweredProgram, notes: _Notes) -> Iterator[tuple[int, bool]]:
-    """Yield the site of each instruction in the user's own lines, and whether it passed power."""
+    """Yield each instruction's site in the user's own lines, and whether the instruction passed power."""
     readings = noting(lowered).readings
     for number, _routine, line in own_lines(logic, lowered):
         powered = notes.powered.get(number, ())

@@ -6,7 +6,8 @@
     memory after    M
 
 If a scan does not change the memory and the inputs stay the same, the next scans do not change it either.
-Only even timers may count in these scans (`program_clocks`). They are advanced by k scans, and the skipped
+Only even timers can count in these scans (see `program_clocks`). They are advanced by k scans, and the
+skipped
 scans end before anything depends on a count. The results of the invariants must also stay the same
 (`invariants.Watch`).
 """

@@ -24,8 +24,8 @@ def report(
     """Return the text of a failure's report.
 
     Args:
-        point: the point from which the failure was inevitable; None if there was no time to find it.
-        cause: cause chain of the output that came on last.
+        point: the point at which the failure became inevitable; None if there was no time to find it.
+        cause: cause chain of the output that turned on last.
         chart: links to the chart and to the part around the failure.
         commands: commands that repeat the failure, and notes.
         check: command that tests a changed program.

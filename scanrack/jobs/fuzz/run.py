@@ -51,7 +51,7 @@ PROGRAM, RUNNING, JUDGING, BUILDING = "the program", "modules and scan loop", "i
 """Parts of a run's time."""
 
 HANGS = "watchdog"
-"""Cause of a watchdog fault. It has no place, since it can occur anywhere."""
+"""Cause of a watchdog fault. A watchdog fault has no place, since it can occur anywhere."""
 
 SENTENCES = ("rule", "refusal", "adapter")
 """Kinds of events with a text that explains why a bit is set."""
@@ -125,7 +125,7 @@ class _TimedLogic(LogicWrapper):
         self._calls = 0
 
     def __call__(self, scan: Any) -> None:
-        """Call the logic. One call in `TIMED` is measured, and counts for the others."""
+        """Call the logic. One call in `TIMED` is measured, and represents the others."""
         self._calls += 1
         if self._calls % TIMED:
             self._logic(scan)
@@ -370,7 +370,7 @@ class TrialBench:
     def _run_traced(
         self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool
     ) -> Verdict:
-        """Repeat a run that fails in a scan, to find the line that changed an output last before that."""
+        """Repeat a run that fails in a scan, to find the last line that changed an output before."""
 
         def run_traced(since: int) -> tuple[_Run, Verdict]:
             run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
@@ -457,7 +457,7 @@ class _Run:
 
         Raises:
             InvariantError: an invariant raised.
-            ValueError: an order in the scenario can't be carried out.
+            ValueError: an order in the scenario can't be applied.
         """
         watcher = self._watcher
         probes = [] if self._probe is None else [self._probe]
@@ -543,7 +543,8 @@ class _Run:
     def _cause(self) -> str:
         """Return the line that last changed an output word; `UNPLACED` if it was not traced.
 
-        If no line changed it, return the waits of the sequences. If none waits, return the commands in force.
+        If no line changed the word, return the waits of the sequences. If none waits, return the commands in
+        force.
         """
         if self._output_line is None or not self._output_line.is_complete:
             return UNPLACED

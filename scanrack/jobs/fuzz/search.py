@@ -124,7 +124,7 @@ class NondeterministicError(ValueError):
 Confirm = Callable[[Counterexample, Collection[str]], bool]
 """Repeats a failure in another process, which ignores known failures; returns whether it occurs again.
 
-Returns False only if the cause may be the computer. Raises `NondeterministicError` if the cause is the
+Returns False only if the computer could be the cause. Raises `NondeterministicError` if the cause is the
 program.
 """
 
@@ -150,7 +150,7 @@ def search(
     """Search for scenarios that break invariants.
 
     Each failure is shrunk and confirmed, and the search continues until the examples are used up. Failures of
-    the same invariant differ in their cause.
+    the same invariant have different causes.
 
     Args:
         kinds: kinds of random events. Kinds that are impossible in the rack are ignored.
@@ -348,4 +348,4 @@ UNKNOWN_SOURCE = (
     "It stores something from run to run, or depends on its process: the order of a set of texts, a file, or "
     "an object's address."
 )
-"""Text for a program without a recorded source of nondeterminism."""
+"""Text for a program whose source of nondeterminism is unknown."""

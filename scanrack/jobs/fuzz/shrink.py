@@ -106,7 +106,7 @@ class _Shrinker:
         )
 
     def _try_parts(self, parts: Sequence[Part]) -> bool:
-        """Keep the scenario of these parts if it has the same failure; return whether it does."""
+        """Keep the scenario with these parts if it has the same failure; return whether it does."""
         scenario = scenario_of(parts)
         if scenario in self._tried:
             return False

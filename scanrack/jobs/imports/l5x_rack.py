@@ -135,7 +135,7 @@ def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
 
 
 def _slot(number: int, module: ModuleRecord) -> ExportSlot:
-    """Return the slot of a module. The catalog number, or the sizes of generic data, may make it a 3601."""
+    """Return the slot of a module. The catalog number, or the sizes of generic data, can make it a 3601."""
     kind, why = simulated(module.catalog), ""
     if "3601" in module.catalog:
         kind = STEPPER

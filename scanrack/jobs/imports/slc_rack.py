@@ -15,7 +15,7 @@ from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_step
 from .toml_text import comment, text
 
 MESSAGES = "done after 20 ms"
-"""Stub of message instructions."""
+"""Stub for message instructions."""
 
 
 def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ()) -> str:

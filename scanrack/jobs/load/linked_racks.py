@@ -4,7 +4,7 @@
     line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after all earlier scans
 
 Every other rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any
-scan of the first rack can be run again. Racks may refer to each other, because they form one group with a
+scan of the first rack can be run again. Racks can refer to each other, because they form one group with a
 single virtual time.
 """
 
@@ -62,7 +62,7 @@ class TimeTable:
 
 @dataclass(slots=True)
 class WatchedTag:
-    """Samples of a tag at multiples of an interval; it keeps only changes."""
+    """Samples of a tag at multiples of an interval; only changes are kept."""
 
     tag: str
     rpi_ns: int
@@ -127,7 +127,7 @@ class LinkedRack:
             raise LadderError(f"{self.path.name} has no tag {tag}")
 
         def sample(now_ns: int) -> Sample:
-            """Return the sample at a time; run this rack up to then, unless its own job runs it."""
+            """Return the sample at a time. Run this rack up to that time, unless its own job runs it."""
             if not self._leads:
                 self._run(now_ns // rpi_ns * rpi_ns)
             elif watched.last_number < 0:

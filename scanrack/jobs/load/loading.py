@@ -205,7 +205,7 @@ def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]
     """Load a rack without its program; return the rack and its path. See `load_job`.
 
     Args:
-        program: name of the program to run instead of the rack's; the rack may then lack one.
+        program: name of the program to run instead of the rack's. The rack then does not need a program.
     """
     path = _rack_path(rack)
     if rack_form(path) is Form.DATA:
@@ -223,7 +223,7 @@ RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
 
 
 def is_export(rack: str) -> bool:
-    """Return whether the path of a rack names an export.
+    """Return whether the path of a rack refers to an export.
 
     >>> is_export("line.L5X"), is_export("line.toml")
     (True, False)
@@ -232,7 +232,7 @@ def is_export(rack: str) -> bool:
 
 
 def runs(address: str) -> bool:
-    """Return whether an address names a rack file or an export, and not a recording."""
+    """Return whether an address refers to a rack file or an export, instead of a recording."""
     return Path(split_address(address)[0]).suffix in RACK_FORMS or is_export(address)
 
 
@@ -244,7 +244,7 @@ def recording_of(address: str) -> str:
     """Return the recording to which an address refers; for a scenario, the recording in the same folder.
 
     Raises:
-        ValueError: the scenario has no recording, since it did not happen on the rack.
+        ValueError: the scenario has no recording, since it has not run on the rack.
     """
     path, sharp, fragment = address.partition("#")
     if PurePath(path).name != SCENARIO:
@@ -334,7 +334,7 @@ def _load_with(
 
     Args:
         load: loads the program with the stubs.
-        is_replaced: whether the program replaces the rack's, so that the rack's keys need not apply to it.
+        is_replaced: whether the program replaces the rack's. The rack's keys then do not have to apply to it.
     """
     spec = source.spec
     stubs = _read_stubs(source)

@@ -5,7 +5,8 @@
     a module from such a folder                  installed modules, then those in the same folder
     Python, scanrack, the libraries              installed modules
 
-So a `json.py` beside a program never replaces Python's own module. The folder is stored in the spec of the
+Therefore, a `json.py` beside a program never replaces Python's own module. The folder is stored in the spec
+of the
 importing module; `sys.path` stays unchanged.
 """
 
@@ -106,7 +107,7 @@ def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
 
 
 def shadowed(path: Path, error: BaseException) -> str:
-    """Return a hint if an import failed because an installed module hides one beside a file."""
+    """Return a hint if an import failed because an installed module hides a module beside a file."""
     owner = error.obj if isinstance(error, AttributeError) else None
     name = error.name if isinstance(error, ImportError) else getattr(owner, "__name__", None)
     module = sys.modules.get(name or "")

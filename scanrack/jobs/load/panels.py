@@ -1,4 +1,4 @@
-"""The path of a rack's operator panel, which pages show."""
+"""The path of a rack's operator panel, which the page shows."""
 
 from __future__ import annotations
 

@@ -54,10 +54,10 @@ SLC_SUFFIXES = (".SLC", ".slc")
 L5X_SUFFIXES = (".L5X", ".l5x")
 
 EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
-"""Suffixes of exported programs, parts of which may be refused."""
+"""Suffixes of exported programs. Parts of an export can be refused."""
 
 LADDER_NAME = "program"
-"""Name of the ladder program that is run if the file has no such function."""
+"""Name of the ladder program to run if the file does not define the function."""
 
 
 class Form(StrEnum):
@@ -99,7 +99,7 @@ class LoadedProgram:
 
     @property
     def sha256(self) -> str:
-        """Fingerprint of the file's bytes, in hex."""
+        """SHA-256 of the file's bytes, in hexadecimal."""
         return hashlib.sha256(self.data).hexdigest()
 
 
@@ -233,7 +233,7 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
 
 
 def is_python(stub: str) -> bool:
-    """Return whether the text of a stub names a Python function.
+    """Return whether the text of a stub refers to a Python function.
 
     >>> is_python("plant.py:xrp"), is_python("done after 20 ms")
     (True, False)
@@ -282,7 +282,7 @@ def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
     """Return an instance of a subclass of `Logic`; return anything else unchanged.
 
     Raises:
-        TypeError: the class takes arguments.
+        TypeError: the class needs arguments.
     """
     return program() if isinstance(program, type) and issubclass(program, Logic) else program
 
@@ -341,7 +341,7 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
 
 
 def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: ExportStart) -> LoadedProgram:
-    """Load an exported controller; refuse to run one with a refused part."""
+    """Load an exported controller; raise ProgramError if it has a refused part."""
     from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are not L5X
 
     data = _read(path, TextKind.EXPORT)
@@ -369,7 +369,7 @@ def _prescanned(path: Path, program: LadderLogic | None) -> Iterator[str]:
 
 
 def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
-    """Load an RSLogix 500 export; refuse to run one with a refused rung."""
+    """Load an RSLogix 500 export; raise ProgramError if it has a refused rung."""
     from scanrack.rockwell.slc import import_slc  # most programs are not SLC
 
     data = _read(path, TextKind.EXPORT)
@@ -502,7 +502,7 @@ def _execute(path: Path, data: bytes) -> ModuleType:
 
 
 def _while_loading(path: Path, error: BaseException) -> ProgramError:
-    """Return the error with the innermost line of the program's own file."""
+    """Return an error that names the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
     problem = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
@@ -511,7 +511,7 @@ def _while_loading(path: Path, error: BaseException) -> ProgramError:
 
 
 def _callable_in(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
-    """Return the function or other callable with a name; raise ProgramError if the file has none."""
+    """Return the callable with the given name; raise ProgramError if the file does not define it."""
     value = getattr(module, name, None)
     if callable(value):
         return value  # type: ignore[no-any-return]
@@ -533,7 +533,7 @@ def _callable_in(path: Path, module: ModuleType, name: str) -> Callable[..., Any
 def _check_signature(
     path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
 ) -> None:
-    """Raise ProgramError unless a function is plain and can be called with these arguments."""
+    """Raise ProgramError if a function is async or a generator, or can't be called with these arguments."""
     form = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
     line = f"{path}:{_line_of(function)}"
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):

@@ -1,4 +1,4 @@
-"""The scans of a recording one by one, and a rack with its slots."""
+"""Reads the scans of a recording one by one, and creates a rack with its slots."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ class _Scans:
         return [_numbered(term, number) for number in range(self._count)]
 
     def text(self, truths: list[str], contract: str) -> str:
-        """Return the script that asks if all truths are possible while a contract ("" for none) is true."""
+        """Return a script that asks if all `truths` can be true while a contract ("" for none) is true."""
         truths = [*(self.each(contract) if contract else ()), *truths]
         return "\n".join([*self._lines, *[f"(assert {truth})" for truth in truths], "(check-sat)", ""])
 

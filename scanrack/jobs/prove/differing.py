@@ -1,4 +1,4 @@
-"""Compares two racks, programs or exports to find what an edit changes, now or later."""
+"""Compares two racks, programs or exports to find the effects of an edit, now or later."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def _named(layout: Layout, text: str, option: str) -> Place | Group:
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
-    """Return whether a value is the tag or element that an option names, or a part of this tag."""
+    """Return whether a value is the tag or element that an option names, or a part of it."""
     if isinstance(allowed, Place):
         return key == (allowed.leaf.path.upper(), allowed.fixed_index)
     path = allowed.path.upper()
@@ -215,7 +215,7 @@ def _summary(edit: EditedSubject) -> str:
 
 
 def _lines_of_tag(tag: ChangedTag, width: int) -> Iterator[str]:
-    """Yield the lines of a value that can differ: its run, the run on the rack, its inputs."""
+    """Yield the lines of a value that can differ: the run, the run on the rack, and the inputs."""
     scans = f"scan {len(tag.steps):,}"
     yield f"{tag.name:<{width}}  {tag.when:<5}  {scans}   {tag.scenario}  {tag.allowed_text}".rstrip()
     for number, step in enumerate(tag.steps, start=1):

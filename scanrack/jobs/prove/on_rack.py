@@ -118,7 +118,7 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
     """Run a scenario on the subject's rack; return None if there is no rack.
 
     Args:
-        shows: the expected result of its last scan.
+        shows: makes a test for the expected result of the last scan.
     """
     job = replace(subject.job, logic=subject.program.program)
 
@@ -148,9 +148,9 @@ def difference_on_rack(
 
 
 def _replayed(job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], find_scan: FindScan) -> OnRack | None:
-    """Run a scenario in two variants, until one shows the result; return None if there is no rack.
+    """Run a scenario in up to two variants, until one shows the result; return None without a rack.
 
-    Where several scans replace a long one, inputs change before the last or before the first of them.
+    If several scans replace a long scan, inputs change before the last or before the first of them.
     """
     if not job.spec.slot:
         return None

@@ -1,4 +1,4 @@
-"""Runs the rack as its file describes it, without a scenario. No solver has to prove the states reached.
+"""Runs the rack as its file describes it, without a scenario. The reached states need no proof.
 
 Random scans rarely home an axis; the rack does so within thousands of scans.
 """
@@ -23,16 +23,16 @@ from ..run.running import JobRun, RunOptions
 from .subject import ProofSubject
 
 SCANS = 10_000
-"""Maximum number of scans; the run ends earlier if every truth has been true in some scan."""
+"""Maximum number of scans. The run ends earlier once every condition has been true in some scan."""
 
 BLOCK = 500
-"""Number of scans for which truths are computed at once."""
+"""Number of scans for which conditions are evaluated at once."""
 
 FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 
 
 def seen_in_own_run(subject: ProofSubject, truths: Sequence[T]) -> set[T]:
-    """Run a rack as its file describes it; return the truths that are true in some scan.
+    """Run a rack as its file describes it; return the conditions (`truths`) that are true in some scan.
 
     The result is empty without a rack.
     """
@@ -74,16 +74,16 @@ class _Variable:
 
 
 class _ValueNotes(QuietListener):
-    """Notes the values that decide truths, and computes the truths of many scans at once.
+    """Notes the values that conditions depend on, and evaluates the conditions for many scans at once.
 
     Attributes:
-        unseen: the truths that were not true in any scan, and can be computed from memory.
-        seen: the truths that were true in some scan.
-        stop: called when no truth is unseen.
+        unseen: the conditions on memory that have not been true in any scan so far.
+        seen: the conditions that were true in some scan.
+        stop: called when no condition is unseen.
     """
 
     def __init__(self, subject: ProofSubject, engine: Engine, truths: Sequence[T]) -> None:
-        """Find the truths that memory decides, and begin to note the values of their variables."""
+        """Find the conditions that depend only on memory, and begin to note the values of their variables."""
         self._engine, self._problem = engine, subject.problem
         self._variables = variables_by_root(truths)
         in_memory = self._in_memory(term for terms in self._variables.values() for term in terms)
@@ -111,7 +111,7 @@ class _ValueNotes(QuietListener):
         return variables
 
     def _watch(self, variables: Iterable[_Variable]) -> None:
-        """Start to note the values that decide the unseen truths."""
+        """Start to note the values that the unseen conditions depend on."""
         deciding = {term for truth in self.unseen for term in self._variables[truth]}
         self._watched = [variable for variable in variables if variable.v in deciding]
         self._readers = [variable.read for variable in self._watched]
@@ -127,7 +127,7 @@ class _ValueNotes(QuietListener):
                 self.stop()
 
     def compute(self) -> None:
-        """Compute the unseen truths for the noted scans; the last of these scans begins a new block."""
+        """Evaluate the unseen conditions for the noted scans; the last of these scans begins a new block."""
         count = len(self._rows) - 1
         if count < 1 or not self.unseen:
             return

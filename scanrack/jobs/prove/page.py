@@ -105,7 +105,7 @@ def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
 
 
 def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) -> str:
-    """Return the rungs that decide a claim as SVG, with their power in the last scan of a scenario."""
+    """Return the rungs that decide a claim as SVG, with the power flow in the last scan of a scenario."""
     debugger = Debugger(program)
     for scan in scans:
         scan.write_inputs(debugger.engine)
@@ -160,7 +160,7 @@ def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dic
 
 
 def _overlapping(path: str, writers: Iterable[str]) -> list[str]:
-    """Return the written paths that share memory with a path: the path, its members, and its owners."""
+    """Return the written paths that share memory with a path: itself, its members, and its structures."""
     return sorted(
         writer
         for writer in writers

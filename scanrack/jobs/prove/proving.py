@@ -1,4 +1,4 @@
-"""Decides all claims of a subject, one at a time; runs each scenario on the rack, and writes it."""
+"""Decides all claims of a subject, one at a time. Runs each scenario on the rack and writes its files."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Result:
 
     @property
     def refused_by(self) -> tuple[Opinion, ...]:
-        """Verdicts of solvers that find a run that the proof excludes; any makes the claim unknown."""
+        """Verdicts of solvers that found a run the proof rules out; a single one makes the claim unknown."""
         return tuple(opinion for opinion in self.opinions if opinion.refused)
 
     @property
@@ -201,7 +201,7 @@ class FoundAnswer:
 
     @property
     def refuted(self) -> bool:
-        """Whether a run shows the finding, such as a fault; otherwise it is proved, such as a dead rung."""
+        """Whether a run shows the finding (such as a fault); otherwise it is proved (such as a dead rung)."""
         return self.finding.verdict.kind is VerdictKind.REFUTED
 
 

@@ -55,8 +55,8 @@ def on_scans_of(
     """Return a run as operator actions on a rack with scans of `scan_ns`.
 
     Args:
-        inputs_first: whether inputs change before the first of the scans that replace a long one; otherwise
-            before the last.
+        inputs_first: whether inputs change before the first of the scans that replace a long one; otherwise,
+            they change before the last.
     """
     orders: list[tuple[int, Action]] = []
     last_scan = 0  # the rack's scan for the previous scan of the prover

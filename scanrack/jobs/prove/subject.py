@@ -21,7 +21,7 @@ from ..load.program import split_address
 
 @dataclass(frozen=True, slots=True)
 class ProofSubject:
-    """A program that proofs are about.
+    """The program of a proof, with its monitors.
 
     Attributes:
         name: stem of its file.

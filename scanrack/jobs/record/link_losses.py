@@ -1,4 +1,4 @@
-"""Finds losses of the link to a module by its Module light, which is then off [chapter 1, Front Panel]."""
+"""Finds losses of the link to a module, during which its Module light is off [chapter 1, Front Panel]."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:  # a run does not read recordings
     from scanrack.traces.read.reader import TraceEvent
 
 INDICATORS = "/indicators"
-"""The topic of the lights."""
+"""The topic of the module lights."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """The state of the link at a change of the lights: lost, or good."""
+    """The state of the link when the lights change: lost or good."""
 
     scan: int  # the first scan in this state
     now_ns: int
@@ -25,7 +25,7 @@ class LinkChange:
 
 
 def link_changes(events: Iterable[TraceEvent], slot: int) -> list[LinkChange]:
-    """Return the state of the link to a module at each change of the module's lights, in order."""
+    """Return the state of the link to a module each time the module's lights change, in order."""
     return [
         LinkChange(event.scan, event.now_ns, event.fields.get("module") != Light.OFF.value)
         for event in events

@@ -94,7 +94,7 @@ class ProgramVersions:
         self.follow(job)
 
     def begin(self, version: ProgramVersion) -> None:
-        """Add the first program, whose files an edit may change."""
+        """Add the first program. An edit can change its files."""
         self._versions[0] = version
 
     @property
@@ -196,7 +196,7 @@ def edits_of(trace: Trace) -> list[AppliedAction]:
 
 
 def _edit_after(trace: Trace, number: int, offset: int) -> AppliedAction | None:
-    """Return an edit, whose action is in the chunks after its files; None if it was not applied."""
+    """Return an edit from the chunks after its files; None if it was not applied."""
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
         if section.span.offset > offset and trace.may_contain(section, topics):

@@ -1,4 +1,4 @@
-"""Makes the recorder of a run, which also stores the run's files and whatever determines its result."""
+"""Creates the recorder of a run. It also stores the run's files and settings that determine the result."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def recorder_for(
     Args:
         logic: replacement for the job's logic, such as its debugger.
         orders: whether the rack can be operated while it runs.
-        sequences: whether an edit may add sequences to a program without any.
+        sequences: whether an edit can add sequences to a program without sequences.
         keep: number of earlier recordings to keep; None = as in the rack file.
 
     Raises:

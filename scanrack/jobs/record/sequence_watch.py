@@ -86,7 +86,7 @@ class WatchesSequences:
         self._listener.event(scan, now_ns, topic, fields)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Report sequences that have made a step, and pass on the scan."""
+        """Report sequences with a new step, and pass on the scan."""
         for state in self._watched:
             resumed = state.sequence.resumed
             if resumed != state.resumed:

@@ -143,7 +143,7 @@ def _values_in(
 
 
 def _value_of(name: str, hint: object, value: object) -> NamedValue | None:
-    """Return a value with its type; None if it is not recorded as a whole."""
+    """Return a value with its type; None if it can't be recorded as a single value."""
     kind = hint if isinstance(hint, type) and (hint in PLAIN_TYPES or issubclass(hint, Enum)) else type(value)
     if issubclass(kind, Flag):
         return NamedValue(name, "LINT", f"{name}._value_")

@@ -4,7 +4,7 @@
         return pack(images(), Fill_ACC, Run, *Recipe)
 
 Variables of a ladder program are read from the cells of its memory; names of a Python program are looked up
-in its module. Neither the compiler nor the program is aware of the recording.
+in its module. The recording affects neither the compiler nor the program.
 """
 
 from __future__ import annotations
@@ -161,9 +161,9 @@ class ProgramTags:
 
 
 class WatchedTags:
-    """The tags of a program under a debugger, which may be edited while it runs.
+    """The tags of a program under a debugger. The program can be edited while it runs.
 
-    A tag that an edit has dropped, or whose type it has changed, is 0 after the edit.
+    After an edit, a tag is 0 if the edit has dropped it or changed its type.
 
     Args:
         patterns: see `ladder.tag_values`.

@@ -107,7 +107,7 @@ class InputReplay:
         self.lost: list[int] = []
 
     def attach(self, logic: ScanLogic) -> None:
-        """Run this program from the next scan on."""
+        """Run this program, starting with the next scan."""
         self.logic = logic
         if (needs := attached(logic)) is not None:
             needs.__attach_logic__(self.view.slot)
@@ -129,7 +129,7 @@ class InputReplay:
                 needs.__close_logic__()
 
     def read_events(self, recording: PackedTrace) -> None:
-        """Set the pending operator actions and changes of links from a recording, which may have grown."""
+        """Set the pending operator actions and link changes from a recording, which may have grown."""
         events = recording.events
         if self._events != len(events):
             self._events, self.orders = len(events), TagOrders(recording, edits=self._edited is not None)
@@ -137,7 +137,7 @@ class InputReplay:
         self._by_watchdog = any(event.fields.get("cause") == Cause.WATCHDOG.value for event in events)
 
     def set_pending(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
-        """Set the pending operator actions, sorted by scan, and changes of links, sorted by time.
+        """Set the pending operator actions, sorted by scan, and link changes, sorted by time.
 
         Args:
             links: changes by slot.
@@ -151,7 +151,7 @@ class InputReplay:
         self._orders = deque(sorted(later_orders, key=lambda order: order.scan))
 
     def replace_inputs(self, slot: int, image: bytes) -> None:
-        """Replace the recorded input image of a slot from the next scan on."""
+        """Replace the recorded input image of a slot, starting with the next scan."""
         self._replaced_inputs.append((self._rack.layout.places[slot].inputs, image))
 
     def block(self) -> bytes:

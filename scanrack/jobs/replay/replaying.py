@@ -32,7 +32,7 @@ from .targets import ReplayTarget, Stimuli
 
 
 class Replay:
-    """A recording and its receiver.
+    """The replay of a recording into a receiver.
 
     Args:
         spec: the rack; its modules respond to the recorded outputs.
@@ -93,7 +93,7 @@ class Replay:
     ) -> Follower:
         """Replay to the first difference, or to the end; return the follower with the comparison.
 
-        A program that raises or hangs also ends the replay, with a note.
+        A program that hangs or raises an exception also ends the replay, with a note.
 
         Args:
             recorders: listeners that receive every replayed scan.
@@ -175,7 +175,7 @@ _FRESH = {
 
 
 def _assumptions(into: ReplayTarget, plan: ReplayPlan, *, resumed: bool) -> Iterator[str]:
-    """Yield notes about a late beginning, about scans in program mode only, and about missing scans."""
+    """Yield notes about a late beginning, scans only in program mode, and missing scans."""
     first = plan.numbers[0]
     if first and not resumed:
         yield f"the trace begins with scan {first:,}: {_FRESH[into]} then"
@@ -194,7 +194,7 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
 def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
     """Yield the recorded stimuli of the machines' inputs; injected faults are in the rack itself.
 
-    An input of a card may have the same name as an input of a machine, but a card has no machine.
+    An input of a card can have the same name as an input of a machine, but a card has no machine.
     """
     steppers = {slot.number for slot in recording.slots if slot.is_stepper}
     for event in recording.events:

@@ -93,7 +93,7 @@ class StartState:
 
 
 class ResumedModule:
-    """A simulated 3601 in place of the recorded one; satisfies `runtime.loop.module.Module`.
+    """A simulated 3601 in place of the recorded one; implements `runtime.loop.module.Module`.
 
     Args:
         images: the recorded input images, 16 bytes each.
@@ -162,7 +162,7 @@ class ResumedModule:
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Return the simulated image while the state is known, else the recorded one; see `Module.update`.
 
-        The simulation ends at a row from which the state is unknown. It starts again at a row that shows the
+        The simulation ends at the first row with an unknown state. It starts again at a row that shows the
         whole state.
         """
         row = self._row
@@ -261,7 +261,7 @@ class ResumedModule:
                 self._is_minimum_known = self._is_state_known
 
     def _reason_for_loss(self, shown: Words, command: Words) -> str:
-        """Return the reason why the state is unknown from this row; "" if it is known."""
+        """Return the reason why the state is unknown from this row on; "" if it is known."""
         last_shown = words_of(self._last_images[1])
         if not shown[0] & _OK:
             return NO_ANSWER

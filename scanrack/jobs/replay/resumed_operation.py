@@ -20,7 +20,7 @@ class ResumedOperation:
         simulated: the firmware of each simulated 3601, by slot.
         forced: whether forces were in effect, by row.
         configuration: configuration words at the beginning; None = the first that the recording shows.
-        captured: whether the recording is a capture, which may begin during operation.
+        captured: whether the recording is a capture, which can begin during operation.
         sampled: whether the recording consists of a client's reads.
 
     Attributes:

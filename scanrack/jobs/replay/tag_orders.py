@@ -68,7 +68,7 @@ class TagOrders:
         return Debugger(logic, remembered=0)
 
     def give(self, cpu: Cpu, rack: Rack, logic: ScanLogic) -> OrderRepeater:
-        """Add a repeater that gives the orders before the same scans of a CPU; return it, with its refusals.
+        """Add a repeater that applies the orders before the same scans of a CPU; return the repeater.
 
         Args:
             cpu: runs the program; it has run no scan yet.
@@ -112,7 +112,7 @@ def _notes_on_unknown_values(recording: PackedTrace) -> Iterator[str]:
 
 
 def first_few(sentences: Sequence[str]) -> list[str]:
-    """Return the first sentences, and the total number if some are left out.
+    """Return the first sentences, followed by the total number if some are omitted.
 
     >>> first_few(["a", "b"])
     ['a', 'b']

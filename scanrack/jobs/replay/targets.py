@@ -4,7 +4,7 @@ from enum import StrEnum
 
 
 class ReplayTarget(StrEnum):
-    """The receiver of a recording."""
+    """The receiver of a replayed recording."""
 
     MODULE = "module"
     PROGRAM = "program"

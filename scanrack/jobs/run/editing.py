@@ -44,7 +44,7 @@ class DescribedEdit(Protocol):
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The affected names, grouped by what happens to them."""
+        """The affected names, grouped by effect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +261,7 @@ class RecordsEdits:
     """A recorder that attaches the files of an edit before the edit's order or event."""
 
     def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
-        """Use all methods of the recorder directly, except `event`."""
+        """Use the recorder's own methods, except `event`."""
         self._recorder, self._editions = recorder, editions
         self.scan = recorder.scan
         self.begin_rows = recorder.begin_rows

@@ -51,7 +51,7 @@ class IgnoredParameters:
 
 
 class SlotHints:
-    """Watches one module for ignored actions.
+    """Watches one module for actions that it ignores.
 
     Args:
         wired: mask of the inputs that the machine operates.
@@ -73,7 +73,7 @@ class SlotHints:
 
     @property
     def needs_look(self) -> bool:
-        """Whether the next scan must be checked even if the outputs stay the same."""
+        """Whether the next scan must be checked even if the outputs do not change."""
         return self._configures or self._raw != self._last_outputs
 
     def look(self, scan: int) -> None:

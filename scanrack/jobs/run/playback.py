@@ -4,7 +4,7 @@
     recorded inputs  -> logic           modules are `RecordedInputs`
     stimuli          -> both            modules and logic are real, the stimuli a timeline
 
-The numbers, times and modes of the scans come from the recording, so scans may be irregular and begin
+The numbers, times and modes of the scans come from the recording, so scans can be irregular and begin
 anywhere.
 """
 
@@ -96,7 +96,7 @@ class Playback(Cpu):
             self._set_clock(self._row)
 
     def _set_clock(self, row: int) -> None:
-        """Set the number and time of the next scan, and prepare it again if its first-scan flag differs."""
+        """Set the number and time of the next scan. Prepare the scan again if its first-scan flag differs."""
         self._view.number, self._view.now_ns = self._plan.numbers[row], self._plan.times[row]
         is_first = bool(self._plan.flags[row] & ScanFlag.FIRST_SCAN)
         if is_first is not self._view.first:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # imported late, since the controllers of units take time to 
     from .rack_units import UnitsBeside
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
-"""Observes a running CPU, like a progress bar; takes the CPU, and the number of its last scan or None."""
+"""Observes a running CPU, like a progress bar. Arguments: the CPU, and its last scan's number or None."""
 
 
 def unobserved(cpu: Cpu, scans: int | None) -> AbstractContextManager[None]:

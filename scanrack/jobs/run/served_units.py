@@ -61,7 +61,7 @@ class Unit(ServedUnit):
 
     Attributes:
         answer: answers a Modbus request PDU; None for a unit without Modbus.
-        do: carries out a command code as if it had been received; None for a unit without such codes.
+        do: carries out a command code as if it had been received; None for a unit without command codes.
     """
 
     device: ControllerDevice
@@ -99,7 +99,7 @@ def pcl601_units(
 ) -> list[Unit]:
     """Create a PCL601 for each address, by default 1. Length and CRC determine the end of a frame.
 
-    Another frame may begin after `gap_ms` of silence in real time. A program is loaded into the unit that its
+    Another frame can begin after `gap_ms` of silence in real time. A program is loaded into the unit that its
     `.axis` directive names, or else into the only unit.
 
     Raises:

@@ -53,7 +53,7 @@ class ControlChannel:
         self._port.close()
 
     def answer(self, text: str, is_admitted: bool) -> str:
-        """Carry out a request; return the answer.
+        """Execute a request; return the answer.
 
         Args:
             text: the line with the request.
@@ -76,7 +76,7 @@ class ControlChannel:
             return json.dumps({"error": str(error)})
 
     def _admit(self, request: object) -> None:
-        """Raise EndOfTalkError if a request is not the key; the time of the check does not depend on it."""
+        """Raise EndOfTalkError if a request is not the key, which is compared in constant time."""
         key = request.get("key") if isinstance(request, dict) else None
         key_bytes = key.encode("utf-8", "replace") if isinstance(key, str) else b""
         if not hmac.compare_digest(key_bytes, self.key.encode()):
@@ -84,7 +84,7 @@ class ControlChannel:
             raise EndOfTalkError(json.dumps({"error": problem}))
 
     def _carry_out(self, request: object, text: str) -> dict[str, object]:
-        """Carry out a request; return more keys of the answer; raise ValueError for an unknown request."""
+        """Carry out a request; return additional answer keys; raise ValueError for an unknown request."""
         match request:
             case {"fault": str(fault), **rest} if not rest:
                 self._line.set_fault(fault)

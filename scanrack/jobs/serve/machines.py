@@ -1,4 +1,4 @@
-"""Connects a served controller to a machine: switches, stations and people of a rack file act on its inputs.
+"""Connects a served controller to a machine: a rack file's switches, stations and people act on its inputs.
 
 rack file            [slot.machine] of the slot with the controller's adapter, or with a 3601
 wiring               as for the adapter, see docs/adapters.md; a normally closed limit feeds no hard limit

@@ -3,7 +3,7 @@
     {"format": "scanrack memory 1", "controller": "pcl601", "units": [{"address": 1, ...}]}
 
 The file is read at the start and written after each change. A new file is complete before it replaces the old
-file. A killed process therefore loses at most the changes of the last 10 ms.
+file. A killed process therefore loses at most the changes from the last 10 ms.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ KINDS: Mapping[str, type[_File[Any]]] = {
     "pmc006": _File[Pmc006Memory],
     **{model.name: _File[DriveMemory] for model in MODELS.values() if model.flash},
 }
-"""The model of the file, by controller; a controller without nonvolatile memory is not a key."""
+"""The model of the file, by controller. Controllers without nonvolatile memory have no entry."""
 
 
 class ControllerMemory(AbstractContextManager["ControllerMemory"]):
@@ -111,7 +111,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         """Power up the units with the contents of the file, and then follow their changes.
 
         Args:
-            addressed: whether the units keep their addresses, instead of taking the addresses in the file.
+            addressed: whether the units keep their addresses instead of using the addresses in the file.
 
         Raises:
             ValueError: the file has a different number of units.
@@ -137,7 +137,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         self._readers = readers
 
     def look(self) -> None:
-        """Write the file if something has changed.
+        """Write the file if its contents have changed.
 
         Raises:
             OwnedError: the file may no longer be replaced.

@@ -73,7 +73,7 @@ class ExternalPlc(QuietListener):
         cpu.mode = CpuMode.PROGRAM
 
     def __call__(self, scan: LogicScan) -> None:
-        """Copy the words that the PLC wrote last into the output image, all at once."""
+        """Copy the words that the PLC last wrote to the output image, all at once."""
         outputs = scan.slot[self.slot].outputs
         for word_index, word in enumerate(self.words.outputs):
             outputs[word_index] = signed_word(word)

@@ -81,7 +81,7 @@ def examined() -> list[Diagnosis]:
 
 
 def _python() -> Iterator[Diagnosis]:
-    """Yield whether scanrack supports this version of Python."""
+    """Yield a line about whether scanrack supports this version of Python."""
     oldest, newest = (".".join(map(str, version)) for version in PYTHONS)
     text = f"{platform.python_version()} in {sys.executable}"
     problem = "" if PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1] else text
@@ -89,7 +89,7 @@ def _python() -> Iterator[Diagnosis]:
 
 
 def _package() -> Iterator[Diagnosis]:
-    """Yield whether all distributions that scanrack requires are installed."""
+    """Yield a line about whether all distributions that scanrack requires are installed."""
     missing = _missing("")
     text = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
     problem = missing and f"{text}, without {missing}"
@@ -97,7 +97,7 @@ def _package() -> Iterator[Diagnosis]:
 
 
 def _extras() -> Iterator[Diagnosis]:
-    """Yield whether each extra is installed, with its purpose."""
+    """Yield a line for each extra: whether it is installed, and its purpose."""
     for extra, purpose in GIVES.items():
         missing = _missing(extra)
         remedy = f"{how_to_install(extra)} for {purpose}"
@@ -126,7 +126,7 @@ def _installed(distribution: str) -> bool:
 
 
 def _ports() -> Iterator[Diagnosis]:
-    """Yield whether the user may open each serial port; without ports, one line that says so."""
+    """Yield a line for each serial port: whether the user may open it. Without ports, yield one line."""
     from serial.tools.list_ports import comports
 
     devices = sorted(port.device for port in comports())
@@ -140,7 +140,7 @@ def _ports() -> Iterator[Diagnosis]:
 
 
 def _real_time() -> Iterator[Diagnosis]:
-    """Yield which real-time permissions the system grants; they are requested and given back at once."""
+    """Yield lines about the real-time permissions of the system. They are requested and released at once."""
     with real_time() as outcomes:
         permissions = list(outcomes)
     for permission in permissions:
@@ -150,7 +150,7 @@ def _real_time() -> Iterator[Diagnosis]:
 
 
 def _browser() -> Iterator[Diagnosis]:
-    """Yield which browser is found for the page of scanrack watch."""
+    """Yield a line about the browser for the `scanrack watch` page."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), "")
     if sys.platform in ("darwin", "win32"):  # their browsers are not on the path
         browser = browser or "the system's"
@@ -159,7 +159,7 @@ def _browser() -> Iterator[Diagnosis]:
 
 
 def _programs() -> Iterator[Diagnosis]:
-    """Yield where each optional program of the system is installed."""
+    """Yield a line about the location of each optional system program."""
     for name, purpose in PROGRAMS.items():
         path = shutil.which(name) or ""
         problem = "" if path else "not on the path"

@@ -55,7 +55,7 @@ def attachment(name: str, data: bytes) -> Attachment:
 
 
 def program_name(job: LoadedRack) -> str:
-    """Return the program's file name in a trace. It differs from the rack file's if the files differ."""
+    """Return the program's file name in a trace. It differs from the rack file's name if the files differ."""
     name = job.program.name
     clashes = name == job.rack_file.name and job.program != job.rack_file
     return f"program/{name}" if clashes else name
@@ -192,7 +192,7 @@ def _modules_of(folder: Path) -> Iterator[_Module]:
 
 
 def _may_be_below(prefix: str, name: str, module: ModuleType) -> bool:
-    """Return whether a top-level module may be in the folder whose path, with a separator, is `prefix`."""
+    """Return whether a top-level module could be in the folder with path `prefix`, including a separator."""
     file: str | None = getattr(module, "__file__", None)
     if not file:  # a package without `__init__.py` has only paths
         return any(str(path).startswith(prefix) for path in getattr(module, "__path__", ()))

@@ -38,7 +38,7 @@ def checked_name(name: str) -> str:
         name: path relative to the target folder, with parts separated by `/`.
 
     Raises:
-        ValueError: the name may lead elsewhere, or does not name a file.
+        ValueError: the name could lead elsewhere, or is not the name of a file.
     """
     reason = next(_objections(name), None)
     if reason is not None:

@@ -1,4 +1,4 @@
-"""Starts helper processes; no other file does so.
+"""Starts all helper processes. No other file starts processes.
 
     python -P -c BOOT COUNT FOLDER... CHUNK_BYTES RECORDS HANDED MODULE:FUNCTION ARGUMENT...
 
@@ -60,7 +60,7 @@ def launch(
 
     Args:
         main: the function to call, `module:function`, with the handed objects and the arguments as strings.
-        handed: sockets and shared memories to pass to the helper; if there are any, `stdin` is not used.
+        handed: sockets and shared memory blocks to pass to the helper; if there are any, `stdin` is not used.
         stdin: as for `subprocess.Popen`; empty by default.
         stdout: as for `subprocess.Popen`; this process's by default.
         stderr: as for `subprocess.Popen`; this process's by default.

@@ -7,7 +7,7 @@ A file is judged by its use, not by its name.
     reached   any other file, if Python runs: it can import, load or open the file
 
 Files that are only read need no trust. All others need --trust, unless the current folder has the same file.
-Files without a use are not extracted, so that Python never searches a folder that contains them.
+Files that the run does not use are not extracted, so that Python never searches a folder with them.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ from .copies import can_copy, in_copy
 PRESS = "60 ms"
 BETWEEN = "100 ms"
 WITHIN_NS = 5_000_000_000
-"""How long a copy runs after the last act."""
+"""Time that a copy runs after the last act, ns."""
 
 READ_EVERY = "20 ms"
 """Time between two readings of the value on a copy."""
@@ -45,11 +45,11 @@ MOST_ACTS = 2
 _TERMINAL = re.compile(r"slot (\d+) input (?:\d+ \((\w+)\)|IN_(\w+))")
 """A terminal in the text of a link: `slot 1 input 3 (START)`, or `slot 1 input IN_HOME` of a stepper."""
 _SLOT = re.compile(r"slot (\d+): ")
-"""The module in the text of an incident's link: `slot 1: the link to it is lost`."""
+"""The module in the text of an injected fault's link: `slot 1: the link to it is lost`."""
 
 
 class Rack(Protocol):
-    """The part of a bench that acts use."""
+    """The bench methods that acts use."""
 
     spec: Any
     slot: Any
@@ -74,7 +74,7 @@ class Rack(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Act:
-    """Something that a user can do."""
+    """An action that a user can take."""
 
     text: str  # press start for 60 ms
     target: str  # the object it acts on: two acts on one object are never tried together
@@ -126,7 +126,8 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
     """Return acts by a user that change a value; None on a system that can't fork a process.
 
     Args:
-        bench: the bench, which does not change. It must not be recording: a copy would also write.
+        bench: the bench, which does not change. It must not be recording, since a copy would also write to
+            the recording.
         link: the chain of the current value; acts on its ends are tried first.
     """
     if not can_copy():
@@ -152,7 +153,7 @@ def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iter
 
 
 def _choices(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
-    """Yield no act, each act, and pairs of acts on two objects; pairs that end with a button come first."""
+    """Yield an empty choice, single acts, and pairs on two objects; first pairs that end with a button."""
 
     def is_last_choice(chosen: tuple[Act, ...]) -> bool:
         *earlier, last = (act.is_press for act in chosen)
@@ -173,7 +174,7 @@ def _try_on_copy(bench: Rack, acts: Sequence[Act], tag: str, requested: object) 
 
 
 def _time_to_value(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
-    """Do acts; return, as text, the time until a tag has the value (ns), a space, and the first stimulus.
+    """Carry out acts; return a text: time until a tag has the value (ns), a space, the first stimulus.
 
     Returns "" if the tag does not get the value in `WITHIN_NS`.
     """
@@ -194,7 +195,7 @@ def _time_to_value(bench: Rack, acts: Sequence[Act], tag: str, requested: object
 
 
 def _acts(bench: Rack, link: CauseLink) -> list[Act]:
-    """Return each act once, starting with those on the ends of the chain."""
+    """Return the acts without duplicates, starting with acts on the ends of the chain."""
     acts: dict[str, Act] = {}
     for act in (*_acts_on_links(bench, link), *_acts_on_panels(bench)):
         acts.setdefault(act.text, act)
@@ -230,7 +231,7 @@ def _restore_act(number: int) -> Act:
 
 
 def _set_act(name: str, value: bool) -> Act:
-    """Return the act of a user who sets a tag."""
+    """Return an act that sets a tag."""
 
     def write(bench: Any) -> None:
         bench[name] = value
@@ -253,7 +254,7 @@ def _acts_on_panels(bench: Rack) -> Iterator[Act]:
 def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
     """Yield acts on the inputs of an axis.
 
-    All inputs of a drive count, but only those inputs of a 3601 that are on.
+    These are all inputs of a drive, but only the inputs of a 3601 that are on.
     """
     energized = bench.slot[slot.number].energized
     for name in slot.record.machine_inputs(slot.options or {}):
@@ -264,7 +265,7 @@ def _acts_on_machine(bench: Rack, slot: SlotSpec) -> Iterator[Act]:
 def _input_acts(bench: Rack, number: int, name: str) -> Iterator[Act]:
     """Yield acts on an input: open it if it is on, else press or close it.
 
-    None if the machine operates it.
+    If the machine operates the input, yield nothing.
     """
     slot = next(slot_spec for slot_spec in bench.spec.slot if slot_spec.number == number)
     drive_terminal = ""

@@ -1,4 +1,4 @@
-"""Answers why a bit, a word or a value of the program has its value, and what the modules wait for."""
+"""Explains the values of bits, words and the program, and the waits of the modules."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ class Why:
         return f"slot {slot} input {names[0]}" if names else None
 
     def _chains(self, deep: bool) -> RackChain:
-        """Return a new maker of chains: through the Python or ladder program if there is one."""
+        """Return a new maker of chains, through the Python or ladder program if there is one."""
         if self.load is None or self.spec is None:
             debugger = self.debugger
             if debugger is None:
@@ -296,7 +296,7 @@ class Why:
     # --- the rack
 
     def _slot_lines(self, slot: SlotInfo) -> Iterator[str]:
-        """Yield what a module waits for, or the inputs of a card; the first line names the slot."""
+        """Yield the waits of a module, or the inputs of a card; the first line names the slot."""
         past = SlotPast(self.past, slot)
         if slot.words.modes is not None:
             lines = waits(past)
@@ -317,7 +317,7 @@ class Why:
     def _word_lines(
         self, slot: SlotInfo, row: int, words: Sequence[int], rerun: TracedRun | None
     ) -> list[str]:
-        """Return sentences about the last change of some output words."""
+        """Return sentences about the last change in some output words."""
         after = self.past.words(slot.number, "out", row)
         before = self.past.words(slot.number, "out", row - 1) if row else (0,) * len(after)
         formats = NumberFormats()

@@ -1,4 +1,4 @@
-"""Bits of the images of a recording."""
+"""Bits in the images of a recording."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .past import ALL_BITS
 
 @dataclass(frozen=True, slots=True)
 class Bits:
-    """Bits of a word of an image."""
+    """Bits in a word of an image."""
 
     slot: int
     image: str  # "in" or "out"
@@ -34,7 +34,7 @@ class Bits:
 
 
 def read_bits(masks: Iterable[tuple[tuple[int, int], int]]) -> Iterator[Bits]:
-    """Yield the inputs in masks of reads, see `Reads.masks`: each bit, or the word if all its bits count."""
+    """Yield the inputs in read masks (see `Reads.masks`): each bit, or the word if all its bits were read."""
     for (slot, word), mask in masks:
         parts = [mask] if mask == ALL_BITS else [1 << bit for bit in range(16) if mask >> bit & 1]
         yield from (Bits(slot, "in", word, part) for part in parts)

@@ -33,7 +33,7 @@ from .past import ALL_BITS, Past, SlotPast, event_text
 from .waits import is_idle, refused_configuration, searches_home, waits
 
 RESPONSE_SCANS = 2
-"""Maximum number of scans from a change of an output image to the response in the input image."""
+"""Maximum number of scans from a change in an output image to the response in the input image."""
 
 _BY_INPUT = {"home", "registration"}
 """Names of events that an input may have caused: moves that end at an input."""
@@ -103,7 +103,7 @@ class RackChain:
         return self._override_of(bits, name, row) or self._explain_bits(bits, name, row)
 
     def _explain_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the chain of the last change of bits up to a scan, or else why they have never changed."""
+        """Return the chain of the last change of bits up to a scan, or why they never changed."""
         change_row = self._last_change(bits, row)
         if change_row is None:
             return self._explain_unchanged(bits, name, row)
@@ -113,7 +113,7 @@ class RackChain:
         return Past(self.recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
 
     def _override_of(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the link of what overrides the program or module in a scan; None if nothing does."""
+        """Return the link of the override of the program or module in a scan; None if there is none."""
         recording, scan = self.recording, self.recording.numbers[row]
         override = forced(recording.events, scan, spellings(bits.address))
         if override is None and bits.image == "out":
@@ -135,7 +135,7 @@ class RackChain:
 
     @property
     def chains(self) -> Chains:
-        """Makes the chains of the ladder program."""
+        """Maker of the ladder program's chains."""
         if self._chains is None:
             assert self.maker is not None
             hooks = {
@@ -147,7 +147,7 @@ class RackChain:
         return self._chains
 
     def _program_mode_before(self, scan: int) -> str:
-        """Return since when the key was in program position before the first run-mode scan; "" if never."""
+        """Return when the key was turned to program before the first run-mode scan, as text; "" if never."""
         row = bisect_left(self.recording.numbers, scan)
         mode = of_cpu(self.recording, row - 1) if 0 < row < len(self.recording.numbers) else None
         if mode is None or mode.kind != "mode":
@@ -155,7 +155,7 @@ class RackChain:
         return f"the key was at program since {seconds(mode.now_ns)} s"
 
     def of_module(self, number: int, name: str, row: int, head: str = "") -> CauseLink:
-        """Return what a module is doing or waiting for at a scan; a lost link takes precedence."""
+        """Return the link of a module's action or wait at a scan; a lost link takes precedence."""
         recording, slot = self.recording, self.slot(number)
         lost = of_link(recording, slot, recording.numbers[row])
         if lost is not None:
@@ -169,7 +169,7 @@ class RackChain:
     # --- the blocks of an axis, see `Blocks`
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
-        """Return what a busy block is waiting for; None for any other structure."""
+        """Return the link of a busy block's wait; None for any other structure."""
         slot, row = slot_of(self.chains.lowered, path), bisect_left(self.recording.numbers, scan)
         if slot is None or row >= len(self.recording.numbers):
             return None
@@ -224,7 +224,7 @@ class RackChain:
         return self._explain_unchanged_status(bits, name, row, cause)
 
     def _explain_unchanged_status(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
-        """Explain an unchanged status bit by what the module is waiting for, or by a command never sent."""
+        """Explain an unchanged status bit by the module's wait, or by a command that was never sent."""
         slot, value, start_ns = self.slot(bits.slot), self.value(bits, row), self.recording.times[0]
         past = SlotPast(Past(self.recording, row), slot)
         if value or not cause.commands or not is_idle(past):
@@ -244,7 +244,7 @@ class RackChain:
         return self._explain_bits(bits, name, row)
 
     def _explain_input(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
-        """Explain a change of a ladder program's input."""
+        """Explain a change in a ladder program's input."""
         cell = origin.cell
         if cell.leaf.slot is None:
             return self._explain_consumed_tag(origin, name, value)
@@ -257,7 +257,7 @@ class RackChain:
         return self._explain_change(bits, self._readable_name(bits, name), row)
 
     def _explain_connection_fault(self, origin: CellChange, name: str, value: Value) -> CauseLink:
-        """Explain a change of a connection fault, such as `axis.I.Fault`."""
+        """Explain a change in a connection fault, such as `axis.I.Fault`."""
         now_ns = self.chains.causes.now_ns(origin.scan)
         text = f"slot {origin.cell.leaf.slot}: the link to it is {'lost' if value else 'restored'}"
         return CauseLink("incident", name, value, scan=origin.scan, now_ns=now_ns, text=text)
@@ -305,7 +305,7 @@ class RackChain:
         return None
 
     def _explain_change(self, bits: Bits, name: str, row: int) -> CauseLink:
-        """Return the link of a change in a scan, explained once; an override takes precedence."""
+        """Return the (cached) link of a change in a scan; an override takes precedence."""
         link = self._explained.get((bits, row))
         if link is None:
             explain = self._explain_output if bits.image == "out" else self._explain_module_change
@@ -316,7 +316,7 @@ class RackChain:
     def link(
         self, kind: str, bits: Bits, name: str, row: int, text: str = "", *causes: CauseLink
     ) -> CauseLink:
-        """Return the link for a change of an image."""
+        """Return the link for a change in an image."""
         return linked(
             [(cause,) for cause in causes],
             kind=kind,
@@ -336,7 +336,7 @@ class RackChain:
     # --- outputs
 
     def _explain_output(self, bits: Bits, name: str, row: int) -> CauseLink:
-        """Explain a change of an output by the rung of a ladder program that wrote it."""
+        """Explain a change in an output by the rung of a ladder program that wrote the output."""
         cell = self._cell(bits)
         link = None if cell is None else self.chains.of_cell(cell, name, self.recording.numbers[row])
         return link or self.link("unknown", bits, name, row, "no program is known that wrote it")
@@ -354,7 +354,7 @@ class RackChain:
         return [event for event in self._events_in(row) if event.fields.get("slot", 0) == slot]
 
     def _explain_module_change(self, bits: Bits, name: str, row: int) -> CauseLink:
-        """Explain a change of an input image: an action on the module, a terminal, or the module itself."""
+        """Explain a change in an input image: an action on the module, a terminal, or the module itself."""
         slot = self.slot(bits.slot)
         action = next(self._outside_actions(slot, bits, row), None)
         if action is not None:
@@ -378,7 +378,7 @@ class RackChain:
         return events_of_bits or [event for event in events if not _bits_named_by(event)]
 
     def _causing_inputs(self, slot: SlotInfo, events: Sequence[TraceEvent], row: int) -> list[CauseLink]:
-        """Return the inputs that caused a module's events, or what cut its motion short."""
+        """Return the inputs that caused a module's events, or the interruption that cut its motion short."""
         cut = next((event for event in events if event.fields.get("outcome") in _CUT), None)
         if cut is None and not any(map(_may_be_by_input, events)):
             return []
@@ -393,7 +393,7 @@ class RackChain:
         return row if cut_ns is None else min(row, bisect_left(self.recording.times, int(str(cut_ns))))
 
     def _interruption(self, slot: SlotInfo, row: int) -> CauseLink | None:
-        """Return what cut a motion short in a scan: the CPU left run mode, a command, or a rule."""
+        """Return the cause that cut a motion short in a scan: the CPU left run mode, a command, or a rule."""
         mode = of_cpu(self.recording, row)
         if mode is not None:
             return override_link(mode, "the CPU", None)
@@ -418,7 +418,7 @@ class RackChain:
         return f"{cause.on if self.value(bits, row) else cause.off} [{cause.rules[0]}]"
 
     def _cure_of_error(self, slot: SlotInfo, bits: Bits, row: int) -> str:
-        """Return what clears an error that is still set when the user asks; "" if none is set."""
+        """Return the action that clears an error that is still set when the user asks; "" if none is set."""
         is_lasting = slot.is_stepper and not bits.word and bits.mask & _LASTING
         if not is_lasting or not self.value(bits, row) or not self.value(bits, self._question_row):
             return ""
@@ -429,7 +429,7 @@ class RackChain:
         return f"slot {slot.number}: {refused or waits(past)[0]}"
 
     def _changed_inputs(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
-        """Yield the changes of a stepper's inputs in a scan."""
+        """Yield the changes in a stepper's inputs in a scan."""
         past = Past(self.recording, row)
         now = past.words(slot.number, "in", row)
         before = past.words(slot.number, "in", row - 1) if row else (0,) * len(now)
@@ -441,7 +441,7 @@ class RackChain:
                 yield self._explain_change(bits, f"slot{slot.number}.status.{name}", row)
 
     def _outside_actions(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
-        """Yield what operators and the machine did to a module in a scan, each as its kind and a sentence."""
+        """Yield the actions of operators and the machine on a module in a scan, as kinds and sentences."""
         terminal = self._terminal_text(slot, bits)
         for event in self._events_in(row):
             text = str(event.fields.get("text", ""))
@@ -455,7 +455,7 @@ class RackChain:
                     yield "input", f"{terminal}: {text}"
 
     def _is_terminal(self, slot: SlotInfo, bits: Bits) -> bool:
-        """Return whether bits show inputs of the module, and not its status."""
+        """Return whether bits show inputs of the module instead of its status."""
         if slot.words.modes is None:
             return True
         names = self._bit_names(slot, bits)
@@ -509,7 +509,7 @@ class RackChain:
         return None
 
     def _explain_command(self, bits: Bits, slot: SlotInfo, row: int) -> CauseLink:
-        """Explain a change of output bits; several bits are explained as a word."""
+        """Explain a change in output bits; several bits are explained as a word."""
         names = _output_names(slot, bits)
         if names and bits.address.bit is not None:
             return self._explain_change(bits, f"slot{slot.number}.command.{names[0]}", row)

@@ -1,4 +1,4 @@
-"""Runs a function in a copy of the process, in which the rack, machine and program continue."""
+"""Runs a function in a copy of the process, where the rack, machine and program continue."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def can_copy() -> bool:
 
 
 def in_copy(work: Callable[[], str]) -> str:
-    """Return the text that a function returns in a copy of the process; "" if it raises."""
+    """Return the text that a function returns in a copy of the process; "" if it raises an exception."""
     system: Any = os  # type checkers on other systems don't know fork
     read, write = os.pipe()
     child: int = system.fork()

@@ -91,7 +91,7 @@ def _not_ok(past: SlotPast) -> str | None:
 
 
 def _configuring(past: SlotPast) -> str | None:
-    """Describe configuration mode: whether the program or the module has to leave it."""
+    """Describe configuration mode: whether the program or the module must end it."""
     words = past.slot.words
     if words.modes is None or not words.configures("I", past.inputs):
         return None
@@ -175,7 +175,7 @@ def _commands(past: SlotPast) -> dict[str, int]:
 
 
 def command_on(past: SlotPast, commands: Mapping[str, int], rest: str) -> str:
-    """Return the state of a module at rest with command bits on; `rest` describes it without them."""
+    """Return the state of a module at rest with command bits on; `rest` describes it without these bits."""
     if past.past.last_change(past.slot.number, "out", 0) == past.past.row:
         return f"{' '.join(commands)} with this scan: it accepts the command with its next update"
     return f"{rest}{still_on(past, commands)}"

@@ -53,7 +53,7 @@ def run_rungs(
     until: str | None = None,
     snapshots: Mapping[int, str] = NO_SNAPSHOTS,
 ) -> RungsRun:
-    """Run a ladder program on recorded inputs up to a row, or until a tag comes on.
+    """Run a ladder program on recorded inputs up to a row, or until a tag turns on.
 
     Args:
         snapshots: see `follow`.
@@ -100,11 +100,11 @@ def follow(
     until: str | None = None,
     snapshots: Mapping[int, str] = NO_SNAPSHOTS,
 ) -> RungsRun:
-    """Run a program on recorded inputs up to a row, or until a tag comes on. Requires `can_follow`.
+    """Run a program on recorded inputs up to a row, or until a tag turns on. Requires `can_follow`.
 
     Args:
         snapshots: snapshots of the recording, by scan. The run begins at the latest one before the row if the
-            program continues from there as recorded, else at the first scan.
+            program then continues as recorded; otherwise, it begins at the first scan.
     """
     inputs = _RecordedInputs(recording, debugger)
     if until is None and snapshots and inputs.are_of_every_scan():
@@ -139,9 +139,9 @@ def _from_snapshot(
 def _run(
     inputs: _RecordedInputs, debugger: Debugger, first: int, last: int, until: str | None = None
 ) -> RungsRun:
-    """Run rows `first` to `last`, or until a tag comes on.
+    """Run rows `first` to `last`, or until a tag turns on.
 
-    The first row whose outputs differ from the recorded ones is noted.
+    This notes the first row whose outputs differ from the recorded outputs.
     """
     memory, recording = debugger.engine.memory, inputs.recording
     outputs: list[Span] = [
@@ -159,7 +159,7 @@ def _run(
 
 
 class _RecordedInputs:
-    """The inputs of the scans: images, and changes of connection faults.
+    """The inputs of the scans: images, and changes in connection faults.
 
     Attributes:
         block: the memory of the scan that `from_to` yielded last.
@@ -196,7 +196,7 @@ class _RecordedInputs:
             yield self.recording.scans.chunk(number).rows(max(0, first - start), last + 1 - start)
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
-        """Return the inputs of some rows as arrays; None if the first scan or other inputs are among them.
+        """Return the inputs of some rows as arrays; None for the first scan or a connection fault.
 
         All rows must be in one chunk, whose length is a multiple of the distance between snapshots.
         """

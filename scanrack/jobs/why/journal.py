@@ -1,4 +1,4 @@
-"""Keeps the scans of a bench, to explain them later."""
+"""Stores the scans of a bench, so that they can be explained later."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scanrack.traces.replay import PackedTrace
 
 
 class Journal(QuietListener):
-    """A listener that keeps all scans, packed into a few bytes each."""
+    """A listener that stores all scans, packed into a few bytes each."""
 
     def __init__(self, rack: Rack) -> None:
         self._memory = rack.memory
@@ -25,11 +25,11 @@ class Journal(QuietListener):
         self._events: list[TraceEvent] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Keep an event."""
+        """Store an event."""
         self._events.append(TraceEvent(scan, now_ns, topic, dict(fields)))
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Keep a scan."""
+        """Store a scan."""
         self._scans.add(scan, now_ns, flags, self._memory)
 
     def recording(self) -> PackedTrace:

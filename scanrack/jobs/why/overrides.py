@@ -1,6 +1,6 @@
 """Overrides of the program: a force, a fault or the mode of the CPU, or a lost link to a module.
 
-They take precedence in this order. An override determines the value, whatever the program writes.
+They take precedence in this order. An override determines the value, regardless of the program.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Overri
 
 
 def spellings(place: Address) -> set[str]:
-    """Return the addresses under which a bit or word may be forced: its own, and its word's."""
+    """Return the addresses that can force a bit or word: the bit's address and the word's address."""
     return {str(place), str(replace(place, bit=None))}
 
 

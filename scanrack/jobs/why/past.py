@@ -1,4 +1,4 @@
-"""The past of a rack up to a scan: how long a bit has had its value, and the events."""
+"""The history of a rack up to a scan: how long a bit has had its value, and the events."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ALL_BITS = 0xFFFF
 
 
 def event_text(event: TraceEvent) -> str:
-    """Return an event as text, with its scan written as elsewhere in an answer."""
+    """Return an event as text, with its scan in the same form as in the rest of an answer."""
     text = describe(event.topic, event.scan, event.fields)
     return text.replace(f" at scan {event.scan}:", f" at scan {event.scan:,}:", 1)
 
@@ -116,7 +116,7 @@ class Past:
 
 @dataclass(frozen=True)
 class SlotPast:
-    """The past of one module."""
+    """The history of one module."""
 
     past: Past
     slot: SlotInfo
@@ -141,7 +141,7 @@ class SlotPast:
         return self.past.words(self.slot.number, image, row)
 
     def rises(self, mask: int) -> Iterator[tuple[int, int]]:
-        """Yield the rows in which bits of output word 0 came on, latest first, each with these bits."""
+        """Yield the rows in which bits of output word 0 turned on, latest first, each with these bits."""
         for row in reversed(self.past.changes(self.slot.number, "out", 0, mask)):
             before = self.words_at("out", row - 1)[0] if row else 0
             if new := self.words_at("out", row)[0] & ~before & mask:

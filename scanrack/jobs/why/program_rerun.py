@@ -3,7 +3,7 @@
     scans     0 ............ 7,999    8,000 ...... 8,999
     program   runs                    runs, and its lines are observed
 
-A program can't be copied in the middle of a run. To go back, it starts again with the first scan.
+A program can't be copied in the middle of a run, so going back means starting again with the first scan.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .traced_run import Load, fresh
 
 
 class _Silent(StringIO):
-    """Discards what the program prints when it runs again."""
+    """Discards the program's output during a rerun."""
 
     @override
     def write(self, text: str) -> int:
@@ -117,7 +117,7 @@ class ProgramRerun:
 
 
 def _run_silently(replay: InputReplay, scans: Iterable[RecordedScan]) -> None:
-    """Run scans; what the program prints meanwhile is discarded."""
+    """Run scans, and discard the program's output."""
     streams = sys.stdout, sys.stderr
     sys.stdout = sys.stderr = _SILENT
     try:
@@ -129,7 +129,7 @@ def _run_silently(replay: InputReplay, scans: Iterable[RecordedScan]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ExecutedLines:
-    """The lines that ran in some scans.
+    """The lines that ran in the requested scans.
 
     Attributes:
         lines: the sorted line numbers of each scan.

@@ -62,7 +62,7 @@ class LineState(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TracedChange:
-    """A change of the memory block or of the watched value, made by a line."""
+    """A change in the memory block or the watched value, made by a line."""
 
     line: Line  # number 0 if no line of the user's program made it
     before: LineState

@@ -39,13 +39,13 @@ Terminal = Callable[[int, int, int | None], str | None]
 """Names the terminal at slot, word and bit (None: the whole word); returns None if it is not a terminal."""
 
 READ_SCANS = 2
-"""Number of scans before the last one whose reads also show what the program depends on."""
+"""Number of scans before the last one whose reads also show the program's dependencies."""
 
 _INT16 = -(2**15), 2**15 - 1
 
 
 class ProgramTrials:
-    """Tries other inputs on a Python program.
+    """Tries different inputs on a Python program.
 
     Args:
         row: row of the scan after which the inputs change.
@@ -63,7 +63,7 @@ class ProgramTrials:
     def of(
         self, text: str, watched: Watched, requested: Value | None, name: Callable[[Bits], str]
     ) -> Remedies:
-        """Return the smallest sets of inputs that give a value of the program the requested value.
+        """Return the smallest sets of inputs that change a value of the program to the requested value.
 
         Args:
             watched: makes the reader of the value.
@@ -97,7 +97,7 @@ class ProgramTrials:
     def _scans_with(
         self, changes: Sequence[InputChange], rows: Iterator[int], read: Callable[[], Any], target: Value
     ) -> int | None:
-        """Run more scans with changed inputs; return how many it takes to reach the value, or None."""
+        """Run more scans with changed inputs; return the number of scans to reach the value, or None."""
         past = Past(self._recording, self._row)
         for slot in {change.cell.slot for change in changes}:
             self._replay.replace_inputs(slot, _image(past, slot, changes))

@@ -1,4 +1,4 @@
-"""Finds what a module with a 3601's words is waiting for, from its two images and their past.
+"""Finds the waits of a module with a 3601's words, from its two images and their history.
 
     link lost                for its link
     in configuration mode    for a valid configuration, or for bit 15 of output word 0 to return to 0
@@ -82,7 +82,7 @@ def is_idle(past: SlotPast) -> bool:
 
 
 def searches_home(past: SlotPast) -> bool:
-    """Return whether homing is under way."""
+    """Return whether homing is in progress."""
     row = _row_of_start(past) if past.inputs[0] & MOVING else None
     return row is not None and bool(past.words_at("out", row)[0] & _HOME)
 
@@ -106,7 +106,7 @@ def _not_ok(past: SlotPast) -> str | None:
 
 
 def _configuring(past: SlotPast) -> str | None:
-    """Describe configuration mode: what keeps the module in it."""
+    """Describe configuration mode, and the reason why the module remains in it."""
     if not past.inputs[0] & _MODE_BIT:
         return None
     state = f"in configuration mode{past.since('in', 0, _MODE_BIT)}"

@@ -23,7 +23,7 @@ class Confirmation:
         """Return whether a failure also occurs in another process; False if the machine may be the reason.
 
         Raises:
-            NondeterministicError: the program is the reason why the failure does not occur there.
+            NondeterministicError: the failure does not occur there because of the program.
         """
         broken, sources = run_in_other_environment(
             run_again, self.setup, failure.scenario, frozenset(without)

@@ -39,7 +39,7 @@ class Processes(Executor):
     """Runs tasks in processes. Kills the processes at shutdown."""
 
     def __init__(self, jobs: int) -> None:
-        """Start the processes, and a thread for each of them that sends it the queued tasks."""
+        """Start the processes and, for each of them, a thread that sends it queued tasks."""
         self._queue: SimpleQueue[tuple[Future[Any], Call] | None] = SimpleQueue()  # None = stop a thread
         self._workers = [Worker() for _ in range(jobs)]
         self._threads = [Thread(target=self._serve, args=(worker,), daemon=True) for worker in self._workers]
@@ -89,7 +89,7 @@ class OnCluster(Executor):
         """Send a task to a worker.
 
         Raises:
-            CampaignError: the connection is lost. The future may also have this exception.
+            CampaignError: the connection is lost. The future can also have this exception.
         """
         result_future: Future[Any] = Future()
         try:
@@ -157,7 +157,7 @@ Say = Callable[[str], object]
 """Prints a message."""
 
 NO_WORKER_NS = 5_000_000_000
-"""Time without a worker in the cluster after which a message is printed, ns."""
+"""Time without a worker in the cluster before a message is printed, ns."""
 
 CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
 """Errors that Dask raises after the connection is lost."""

@@ -1,4 +1,4 @@
-"""Runs functions in new processes, which have not loaded the modules of this process.
+"""Runs functions in new processes that have not loaded this process's modules.
 
     this process                  the new process
     modules to load first     ->  standard input     (pickled)
@@ -101,7 +101,7 @@ class Worker:
         self._process.communicate()
 
     def _send(self, content: object) -> None:
-        """Send an object to the process. `run` detects a dead process by its missing response."""
+        """Send an object to the process. If the process is dead, `run` notices the missing response."""
         assert self._process.stdin is not None
         try:
             pickle.dump(content, self._process.stdin)

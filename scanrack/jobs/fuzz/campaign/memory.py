@@ -1,4 +1,4 @@
-"""The files of a campaign besides its state: its corpus, and failures that have not been shrunk yet.
+"""Manages a campaign's files other than its state: the corpus, and failures that are not shrunk yet.
 
 RACK-fuzz/corpus/HASH.json    a run with a new feature
 RACK-fuzz/finds/HASH.json     a failure as found; removed once it is in the state
@@ -41,7 +41,7 @@ class Memory:
         self._not_rerun: frozenset[str] = frozenset()  # names of own files that have not been run again
 
     def known(self, sources: Iterable[Path] = ()) -> tuple[Scenario, ...]:
-        """Return each scenario of the corpus and of other sources once.
+        """Return the scenarios of the corpus and of other sources, without duplicates.
 
         Args:
             sources: campaign folders, recipe folders and traces.
@@ -91,13 +91,13 @@ class Memory:
             self._report("ignored: more files that can't be used")
 
     def all_were_run(self) -> None:
-        """Record that the scenarios of `known` have been run, so that `keep` may remove their files."""
+        """Record that the scenarios of `known` have been run, so that `keep` can remove their files."""
         self._not_rerun = frozenset()
 
     def keep(self, scenarios: Iterable[Scenario], shrunk: Iterable[Counterexample]) -> None:
         """Write the corpus. Remove the files of dropped scenarios and of shrunk failures.
 
-        Ignored files stay.
+        Ignored files are kept.
 
         Raises:
             OSError: a file can't be written.

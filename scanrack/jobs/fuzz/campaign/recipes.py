@@ -1,9 +1,9 @@
-"""The recipe of a run: a file of 100 to 600 bytes that determines the run.
+"""Recipes of runs. A recipe is a file of 100 to 600 bytes that determines a run.
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
 A folder of recipes holds the corpus of a campaign, or its failures that have not been shrunk yet. The name of
-a file is the hash of its text. Incomplete and foreign files are therefore detected.
+a file is the hash of its text, so incomplete and foreign files are detected.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Recipe:
     broken: str = ""
 
     def text(self) -> str:
-        """Return the text of the recipe's file, a single line."""
+        """Return the text of the recipe's file, which is a single line."""
         scenario = {key: value for key, value in self.scenario.to_json().items() if value}
         broken = {"broken": self.broken} if self.broken else {}
         recipe = {"scenario": scenario, **asdict(self.origin), **broken}

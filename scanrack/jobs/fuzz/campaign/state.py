@@ -29,7 +29,7 @@ RECORDING = "recording"
 """Key of a recording's scenario in the corpus."""
 
 TAKEN = (RECORDING, CORPUS, FINDS, "coverage.html")
-"""Names in a campaign's folder that failures can't have."""
+"""Reserved names in a campaign's folder, which a failure can't have."""
 
 
 class CampaignError(ValueError):
@@ -38,7 +38,7 @@ class CampaignError(ValueError):
 
 @dataclass(slots=True)
 class State(RunTotals):
-    """The state of a campaign. Of the totals, only runs, scans, rules and applied invariants are saved.
+    """The state of a campaign. Only these totals are saved: runs, scans, rules and applied invariants.
 
     Attributes:
         rack: path of the rack file, as the user wrote it; empty before the first run.
@@ -86,7 +86,7 @@ class State(RunTotals):
         return news
 
     def _new_folder_name(self, invariant: str) -> str:
-        """Return the name of an invariant, with a number if a folder has this name, ignoring case."""
+        """Return the name of an invariant, with a number if a folder already has this name, ignoring case."""
         used_names = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
         name = no_device(invariant)
         for number in count(2):
@@ -154,7 +154,7 @@ class State(RunTotals):
         """Return the state from the JSON types that `to_json` returned.
 
         Raises:
-            ValueError: a value is illegal.
+            ValueError: a value is invalid.
         """
         try:
             counterexamples = [_counterexample(row) for row in saved["found"]]

@@ -16,7 +16,7 @@ from .fresh import run_in_fresh_process
 from .recipes import RecipeFolder
 
 SEED_BITS = 32
-"""Bits of a task's number in the seed of its search."""
+"""Number of bits that a task's number has in the seed of its search."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,7 @@ class Work:
     """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`.
 
     Attributes:
-        finds: folder for failures as found; None, or a folder that does not exist on this machine = write
-            none.
+        finds: folder for failures as found. None are written if it is None or does not exist on this machine.
     """
 
     setup: Setup

@@ -30,7 +30,7 @@ class _Program:
     """A program of a bench.
 
     Attributes:
-        rack: the first rack file with which it was opened.
+        rack: the first rack file that opened it.
         branch_arrays: branch bytes of a Python program, one array per load.
     """
 
@@ -103,7 +103,7 @@ class BenchCoverage(BenchObserver):
 
 
 class _RungListener(QuietListener):
-    """Adds the power in the rungs of each scan to a tally, except in rungs of edits and test routines."""
+    """Adds each scan's power in the rungs to a tally, except in rungs of edits and test routines."""
 
     def __init__(self, debugger: Debugger, tally: PowerTally) -> None:
         self._debugger, self._tally, self._engine = debugger, tally, debugger.engine
@@ -125,7 +125,7 @@ def _text(bits: Bits) -> str:
 
 
 def _merge_bits(bits_by_line: dict[int, Bits], texts: Mapping[str, str]) -> None:
-    """Add bits in the form of `_text`, by line number."""
+    """Merge bits into the known bits of each line; each text is in the form of `_text`."""
     for line, text in texts.items():
         bits = [digit == "1" for digit in text]
         known_bits = bits_by_line.get(int(line), bits)

@@ -1,4 +1,4 @@
-"""Finds the cause of a failure: the cause chain of the last output that turned on before it."""
+"""Finds the cause of a failure: the cause chain of the last output that turned on before the failure."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ..run import NO_FAULT, BrokenInvariant
 def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
     """Return the cause chain, as lines, of the last output that turned on before a failure; [] if none.
 
-    The list is also empty for a CPU fault, because the fault itself has a place.
+    The list is also empty for a CPU fault, since the fault itself names its place.
 
     Args:
         recording: recording of the failing run.
-        rack: path of the rack file, from which a Python program is loaded again.
+        rack: path of the rack file, used to reload a Python program.
     """
     row = min(broken.scan, len(recording.scans) - 1)
     last_on = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
@@ -52,7 +52,7 @@ def _last_on(past: Past) -> tuple[int, str] | None:
 
 
 def _output_words(past: Past) -> Iterator[Address]:
-    """Yield the output words with commands or terminals: two of a stepper, all of a card."""
+    """Yield the output words with commands or terminals: two for a stepper, all for a card."""
     for slot in past.recording.slots:
         for word in range(2 if slot.is_stepper else len(slot.words.outputs)):
             yield Address(slot.number, "O", word, None)

@@ -1,4 +1,4 @@
-"""Describes the changes in one scan of a run: new events and changes of status and commands."""
+"""Describes the changes in one scan of a run: new events, and changes in status and commands."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_LISTED = 6
 """Maximum number of listed changes."""
 
 Names = dict[str, frozenset[str]]
-"""Names of the bits that are on, by their owner, such as "slot 1"."""
+"""Names of the bits that are on, by owner, such as "slot 1"."""
 
 
 def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, ...]:
@@ -74,13 +74,13 @@ class _BitView(QuietListener):
         return names
 
     def phrases(self) -> Iterator[str]:
-        """Yield phrases for the bits that came on, and for the bits that went off."""
+        """Yield phrases for the bits that turned on, and for the bits that turned off."""
         yield from _phrases(self._bits, self._previous_bits, "came on")
         yield from _phrases(self._previous_bits, self._bits, "went off")
 
 
 def _phrases(bits: Names, other_bits: Names, verb: str) -> Iterator[str]:
-    """Yield a phrase for each owner that has bits on that are off in the other scan."""
+    """Yield a phrase for each owner with bits that are on in one scan and off in the other."""
     for owner, names in bits.items():
         changed_names = sorted(names - other_bits.get(owner, frozenset()))
         if changed_names:

@@ -28,7 +28,7 @@ from ..scenarios.scenario import Scenario
 from .unfired import WordHistory
 
 DeadPlace = tuple[str, int | str | None, str, str]
-"""A state that is proved impossible: the routine, rung, text and state of an instruction."""
+"""The routine, rung, text and state of an instruction that is proved never to have this state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class CoveredLine:
     """A rung, or a line of structured text or Python.
 
     Attributes:
-        place: routine or file, with the number of the rung or line.
+        place: routine or file, and number of the rung or line.
         never: a sentence for each gap; empty for a line without gaps.
     """
 
@@ -83,7 +83,7 @@ def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace
 def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozenset[str]:
     """Run a scenario; return the instructions that passed power, or the branches that were taken.
 
-    Each is named by its routine or file and its text, without numbers.
+    The name of each is its routine or file and its text, without numbers.
     """
     tally = PowerTally()
     bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
@@ -103,7 +103,7 @@ def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozens
 
 @dataclass(slots=True)
 class PowerTally:
-    """The observations of several runs.
+    """The coverage data of several runs.
 
     Attributes:
         on: whether each instruction was ever on, by line of a ladder program.
@@ -183,7 +183,7 @@ def _ladder_lines(
 def _gaps(
     tally: PowerTally, number: int, line: LoweredLine, lowered: LoweredProgram, dead: frozenset[DeadPlace]
 ) -> Iterator[str]:
-    """Yield a sentence for each gap of a line; the last instruction need not be off."""
+    """Yield a sentence for each gap of a line. A last instruction that was never off is not a gap."""
     sites = [lowered.sites[step.site] for step in line.steps]
     places = [(site.routine, site.rung, site.instruction) for site in sites]
     if number not in tally.on:

@@ -1,7 +1,7 @@
-"""Finds the instant from which a failure is inevitable.
+"""Finds the scan at which a failure becomes inevitable.
 
 A future repeats the failing run up to a scan and has random events after it. Many futures are run for each of
-several scans. The search narrows the interval with the steepest rise of failing futures to two scans.
+several scans. The search narrows the steepest rise in failing futures down to two scans.
 
     scan               -1    2    4    5    6   12
     failures of 40      0    0    0   37   38   40        inevitable from scan 5
@@ -35,7 +35,7 @@ PILOT = 10
 """Number of futures for each scan during the search."""
 
 CLEAR = 30
-"""Minimum rise of failing futures in one scan that counts as a clear instant."""
+"""Minimum rise in failing futures within one scan that counts as clear."""
 
 MOST_SAMPLED = 24
 """Maximum number of scans with futures."""
@@ -52,15 +52,15 @@ ENDS = (1, 2, 10, 100, 1000)
 
 @dataclass(frozen=True, slots=True)
 class PointOfNoReturn:
-    """The rise in the share of failing futures.
+    """The scans between which the share of failing futures rises.
 
     Attributes:
         before: the last scan with few failing futures; -1 = power-up.
         scan: the first scan with many failing futures; `before` + 1 unless the search reached its limit.
         now_ns: time of `scan`, ns since power-up.
-        few: number of failing futures of `before`.
-        many: number of failing futures of `scan`.
-        first: number of failing futures that begin at power-up; equal to `few` if the instant is clear.
+        few: number of futures of `before` that fail.
+        many: number of futures of `scan` that fail.
+        first: number of futures from power-up that fail; equal to `few` if the rise is clear.
         changes: sentences about the changes in `scan`.
     """
 
@@ -96,13 +96,13 @@ class PointOfNoReturn:
 
 
 class _OutOfTimeError(Exception):
-    """The time ran out during the search for the instant."""
+    """The time ran out during the search."""
 
 
 def find_point_of_no_return(
     bench: TrialBench, failure: Counterexample, seed: int = 1, has_time: Callable[[], bool] = lambda: True
 ) -> PointOfNoReturn | None:
-    """Return where a failure becomes inevitable; None if time runs out. This needs 100 to 250 runs.
+    """Return when a failure becomes inevitable; None if time runs out. This needs 100 to 250 runs.
 
     Args:
         seed: seed of the futures. The same seed draws the same futures.
@@ -115,7 +115,7 @@ def find_point_of_no_return(
 
 
 def _locate(bench: TrialBench, failure: Counterexample, futures: _Futures) -> PointOfNoReturn:
-    """Search for the steepest rise by bisection with few futures per scan, then count with more futures."""
+    """Find the steepest rise by bisection with few futures per scan, then count with more futures."""
     failures_by_scan = {-1: futures.count_failing(-1, PILOT), failure.broken.scan: PILOT}
     # if the pilot futures from power-up already fail often enough, all futures from there decide
     if failures_by_scan[-1] * FUTURES >= CLEAR * PILOT and (first := futures.count_failing(-1)) >= CLEAR:
@@ -135,7 +135,7 @@ def _locate(bench: TrialBench, failure: Counterexample, futures: _Futures) -> Po
 
 
 def _steepest_rise(failures_by_scan: dict[int, int]) -> tuple[int, int]:
-    """Return the neighboring scans with the greatest rise; of equal rises, the scans farthest apart."""
+    """Return the neighboring scans with the greatest rise; if rises are equal, the scans farthest apart."""
 
     def rise_and_distance(pair: tuple[int, int]) -> tuple[int, int]:
         scan, next_scan = pair

@@ -1,8 +1,8 @@
 """Explains why error rules of the manual never fired in a campaign, by the first reason that applies.
 
 A rule needs commands from the program, a configuration, and active inputs, see `NEEDS`. `NEEDS` has no
-conditions on numbers, such as a speed below the starting speed. If only such a condition is not met, the last
-reason applies: the rule's conditions were never met together.
+conditions on numbers, such as a speed below the starting speed. If only a number is out of its range, the
+last reason applies: the rule's conditions were never met together.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ LIMIT = CW | CCW
 
 
 class Need(NamedTuple):
-    """The conditions that a rule needs before it can fire.
+    """The conditions that must be met before a rule can fire.
 
     Attributes:
         commands: masks over both command words. The program must set a bit of each mask at some time.
@@ -107,7 +107,7 @@ NEEDS: Mapping[str, Need] = {
     "CMD-36": Need((FOLLOWER, S_CURVE), (ENCODER,)),
     "CER-01": Need(), "CER-02": Need((CONFIGURE,)),
 }
-"""The needs of each rule in the lists of chapter 6, from its sentence in `RULES`."""
+"""The conditions of each rule in the lists of chapter 6, from the rule's sentence in `RULES`."""
 # fmt: on
 
 
@@ -126,7 +126,7 @@ class ErrorRules(NamedTuple):
 
     Attributes:
         owners: names of the modules, or the chapter.
-        ids: rule ids without duplicates. Two families of modules share some of them.
+        ids: rule ids without duplicates. Module families share some ids.
     """
 
     owners: str
@@ -182,7 +182,7 @@ class UnfiredRule(NamedTuple):
 
 @dataclass(slots=True)
 class WordHistory:
-    """The contents of a 3601's words so far.
+    """The values that a 3601's words have had so far.
 
     Attributes:
         commands: bits that the command words had in command mode; the second word is shifted by 16 bits.
@@ -221,7 +221,7 @@ def unfired(
 
     Args:
         fired: ids of the rules that have fired.
-        words: contents of each module's words, by slot.
+        words: history of each module's words, by slot.
         oldest: oldest firmware of each module in the search, by slot. The search also tries newer versions.
     """
     if not words:

@@ -1,6 +1,6 @@
-"""Finds commands that stay in progress while their axis rests for over a second with a working link.
+"""Finds commands in progress whose axis is at rest for over a second with a working link.
 
-Homing may rest two seconds longer on an end limit. A follower may rest while its encoder rests. A blend is
+Homing can rest two seconds longer on an end limit. A follower can rest while its encoder rests. A blend is
 programmed at rest in phases, and each phase restarts the measurement. If a round trip takes more than a third
 of a second, the limit is three round trips.
 """
@@ -110,7 +110,7 @@ def _limit_ns(trip_ns: int, *, is_homing: bool) -> int:
 
 
 class RestMeter:
-    """Measures how long the axes of a program rest during a command."""
+    """Measures how long the axes of a program are at rest during a command."""
 
     def __init__(self, axes: Iterable[BusyReader]) -> None:
         self._rests = [_Rest(axis) for axis in axes]
@@ -127,7 +127,7 @@ class RestMeter:
 
 
 class _Rest:
-    """The rest of one axis.
+    """Measures how long one axis is at rest.
 
     Attributes:
         until_ns: the instant before which the rest is not too long, ns.

@@ -23,7 +23,7 @@ def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
 
 
 class _SnapshotWatch(ClaimWatch):
-    """Checks a claim in every scan of a run."""
+    """Checks a property in every scan of a run."""
 
     def __call__(self, now: Snapshot) -> str | None:
         return "the property is false" if self.is_broken(now.tags) else None

@@ -1,8 +1,8 @@
 """Analyzes the bytecode of a user's condition to find what it reads.
 
 A condition that reads only tags and images has the same result until one of them changes. A condition that
-reads the time, stores something between calls, or calls unknown code can have another result in any scan. A
-condition that can't be analyzed counts as the second kind.
+reads the time, stores something between calls, or calls unknown code can have a different result in any scan.
+A condition that can't be analyzed is treated as the second kind.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 
 
 class ConditionReads(Enum):
-    """The dependencies of a condition, in ascending order."""
+    """The kinds of dependencies of a condition, from few to many."""
 
     IMAGES_AND_TAGS = auto()
     COUNTS = auto()  # also accumulated values of timers

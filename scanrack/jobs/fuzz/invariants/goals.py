@@ -28,7 +28,7 @@ def sometimes(condition: Condition) -> Invariant:
 
 
 def maximize(measure: Condition) -> Invariant:
-    """Return a goal with a number to maximize. The search keeps and varies runs in which it grows a lot.
+    """Return a goal with a number to maximize. The search keeps and varies runs in which it increases a lot.
 
     The summary shows the greatest value. Use this for computed values, since a search watches integer tags
     and fields anyway. Values below 1 are ignored.
@@ -83,7 +83,7 @@ class MaximumGoal:
 
     @property
     def applied(self) -> bool:
-        """Whether the number has had a value."""
+        """Whether the number has been measured in any scan."""
         return self.greatest is not None
 
     def __call__(self, now: Snapshot) -> None:
@@ -106,7 +106,7 @@ class MaximumGoal:
 def level_of(value: int) -> tuple[int, int]:
     """Return the size level of a number: its number of bits and its three leading bits.
 
-    This makes four levels between successive powers of two.
+    There are four levels between successive powers of two.
 
     >>> level_of(-3), level_of(8), level_of(9), level_of(10), level_of(1000)
     ((0, 0), (4, 4), (4, 4), (4, 5), (10, 7))

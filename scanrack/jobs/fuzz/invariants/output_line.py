@@ -21,7 +21,7 @@ class OutputLine(LogicWrapper):
     Attributes:
         last: file name and line of the last change, such as "line.py:37"; empty if the change belongs to no
             line; None before the first traced change.
-        changed_in: the last untraced scan in which outputs changed; 0 if there is none. A run that is traced
+        changed_in: the last untraced scan in which outputs changed; 0 if there is none. A run that traces
             from this scan on finds the last change.
 
     Args:
@@ -37,7 +37,7 @@ class OutputLine(LogicWrapper):
         self.changed_in = 0
 
     def __call__(self, scan: Any) -> None:
-        """Call the logic. Trace it from the first traced scan on."""
+        """Call the logic; trace it once the first traced scan is reached."""
         if scan.number >= self._since:
             self._lines.call(self._logic, scan)
             return
@@ -48,7 +48,7 @@ class OutputLine(LogicWrapper):
 
     @property
     def is_complete(self) -> bool:
-        """Whether `last` is final, because a change was traced or every scan was traced."""
+        """Whether `last` is final: a change or every scan was traced."""
         return self.last is not None or self._since == 0
 
     def _outputs(self) -> bytes:

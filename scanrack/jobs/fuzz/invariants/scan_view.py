@@ -26,7 +26,8 @@ class SlotSnapshot:
 
     Attributes:
         outputs: the logic's latest words, sent or not. They change with each scan, so do not store them.
-        status: the bits and values of `inputs` by the module's names. For a card, all are off or 0.
+        status: the bits and values of `inputs` by the module's names. A card has all bits off and all values
+            0.
     """
 
     __slots__ = ("_in_force", "_is_axis", "_profile", "_slot", "inputs", "outputs", "status")
@@ -98,7 +99,7 @@ class SlotSnapshot:
 
     @property
     def configuring(self) -> bool:
-        """Whether the words in force are a configuration and not commands."""
+        """Whether the words in force are a configuration instead of commands."""
         return self._in_force[0] < 0
 
     @property

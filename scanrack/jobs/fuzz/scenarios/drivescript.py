@@ -90,7 +90,7 @@ class DriveScript(QuietListener):
         self._scans = 0  # since the beginning of the last request
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Begin a new request at each change of the inputs."""
+        """Begin a new request each time the inputs change."""
         is_running = bool(flags & 1)
         words = list(self._outputs) if is_running else self._last_words
         levels = self._machine.levels(now_ns)
@@ -139,7 +139,7 @@ def _bench_table(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
 def _fault_requests(
     incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int
 ) -> dict[int, dict[str, Any]]:
-    """Return the requests for incidents of a slot and of the CPU, by scan.
+    """Return the requests for injected faults of a slot and of the CPU, by scan.
 
     Program mode and an open line without a duration last until the end of the run.
     """

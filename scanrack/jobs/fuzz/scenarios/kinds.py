@@ -25,7 +25,7 @@ class Kind(Enum):
     TORN = "torn"
     """Outputs are updated in the middle of a scan, and some words are late."""
     FIRMWARE = "firmware"
-    """Modules have another firmware version."""
+    """Modules have a different firmware version."""
     LINE = "line"
     """The line between an adapter and its controller fails, or the controller's power fails."""
 
@@ -66,7 +66,7 @@ _NEEDS = {
     Kind.FIRMWARE: Trait.FIRMWARE,
     Kind.LINE: Trait.LINE,
 }
-"""The trait that some module must have for a kind to be possible."""
+"""For each kind, the trait that at least one module must have."""
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:

@@ -24,7 +24,7 @@ MOST_SETTINGS, MOST_VALUES = 200, 24
 """Maximum number of panel tags, and of values for one tag."""
 
 NEAR = (0, -1, 1)
-"""Differences between the values and a constant of the program."""
+"""Offsets of the values from a constant of the program."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Writes rack files with a scenario, so that `scanrack run` shows a failure, or without any events."""
+"""Writes rack files with a scenario, so that `scanrack run` shows a failure, or without events."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _turn_row(turn: MasterTurn) -> Table:
 
 
 def _plain_row(row: Mapping[str, object]) -> Table:
-    """Return a row with whole floats converted to integers, as a person would write them."""
+    """Return a row with whole floats as integers, the way a person would write them."""
     return {
         name: int(value) if isinstance(value, float) and value == int(value) else value
         for name, value in row.items()

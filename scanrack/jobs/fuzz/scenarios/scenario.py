@@ -82,7 +82,7 @@ class ContactPress(Part):
 
 @dataclass(frozen=True, slots=True)
 class Signal(Part):
-    """An analog input of a card has another value for a time."""
+    """An analog input of a card has a different value for a time."""
 
     input: StrictStr
     value: float  # V or mA for a channel with a range, else the raw number
@@ -101,7 +101,7 @@ class Turn(Part):
 
 @dataclass(frozen=True, slots=True)
 class SwitchOffset(Part):
-    """A displacement of all switches of a machine from the drawing."""
+    """A displacement of all of a machine's switches from their positions in the drawing."""
 
     steps: StrictInt
 
@@ -313,14 +313,14 @@ def in_succession(machine_turns: Iterable[MasterTurn], turns: Iterable[Turn]) ->
 
 
 def push_row(push: ContactPress) -> dict[str, Any]:
-    """Return a push as a row of a card's timeline."""
+    """Return a contact press as a row of a card's timeline."""
     return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
 
 
 def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Return rows of a card's timeline without overlapping operations of an input, as the card requires.
 
-    Overlapping presses are combined. If two rows have the same instant, the later row is used.
+    Overlapping presses are combined. If two rows have the same time, the later row is used.
     """
     rows_by_input: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
@@ -362,7 +362,7 @@ def signal_rows(
 
 
 def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
-    """Return an incident in the form used in a rack file."""
+    """Return an injected fault in the form used in a rack file."""
     return InjectedFaultSpec(
         at_ms=Decimal(incident.at_ns).scaleb(-6),
         what=incident.what,

@@ -1,6 +1,6 @@
-"""Answers questions of a search: which rungs and contacts are dead, and which scenario switches one on.
+"""Answers questions of a search: which rungs and contacts are dead, and which scenario turns one on.
 
-"Dead" is proved for all inputs of all modules, including faults, so no scenario can switch a dead contact on.
+"Dead" is proved for all inputs of all modules, including faults, so no scenario can turn on a dead contact.
 A scenario sets only values that an operator or a machine can set: tags, inputs of cards, and the six inputs
 of a 3601. It does not set other values that the prover chooses, such as the end of a move. A run confirms it.
 """
@@ -31,7 +31,7 @@ from ..subject import subject_of_job
 from .judging import set_outside
 
 LONGEST_NS = 20_000_000
-"""Longest scan that the solver may choose. On the rack, it becomes several scans."""
+"""Longest scan that the solver can choose. On the rack, it becomes several scans."""
 
 
 def dead(job: LoadedRack, budget: int = BUDGET) -> dict[RungPoint, Site]:
@@ -84,10 +84,10 @@ def scenario_to(
     Its times count from power-up, or from `at_ns`. Returns None if the solver finds no scenario.
 
     Args:
-        start: engine of a run of the same rack, in the state to begin with; None for power-up.
+        start: engine of a run of the same rack, in the initial state of the scenario; None = power-up.
         at_ns: time of this run's next scan, ns.
-        longest_ns: longest scan that the solver may choose, ns. Long scans get further, but miss events that
-            need a precise time on the rack.
+        longest_ns: longest scan that the solver can choose, ns. Long scans cover more time, but miss events
+            that need a precise time on the rack.
 
     Raises:
         LadderError: the program has no such point.

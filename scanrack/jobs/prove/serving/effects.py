@@ -1,4 +1,4 @@
-"""Finds the values that an edit of a ladder program can change; needs the solver and a small program."""
+"""Finds the values that an edit of a ladder program can change. Requires the solver and a small program."""
 
 from __future__ import annotations
 

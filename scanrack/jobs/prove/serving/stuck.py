@@ -1,4 +1,4 @@
-"""Asks the solver how contacts and coils that were never on can come on, when a search finds nothing new.
+"""Asks the solver how to turn on contacts and coils that were never on, when a search finds nothing new.
 
 The solver gets several questions about each instruction, one at a time:
 
@@ -38,7 +38,7 @@ PATIENCE = 200
 """Number of runs without a new feature before the first question."""
 
 AT_ONCE = 4
-"""Questions before the search continues, each about a different rung. An answer may reach other rungs."""
+"""Number of questions on different rungs before the search continues. An answer can reach other rungs."""
 
 NEAR, FAR = 0, 2
 """Numbers of the near and far questions about an instruction; all others are "on"."""
@@ -92,7 +92,7 @@ class SolverStep:
         return isinstance(self._job.logic, LadderLogic) and is_installed()
 
     def _answers(self, state: State) -> Iterator[Scenario]:
-        """Ask the next question about each of some open instructions; yield the scenarios found."""
+        """Ask the next question about several open instructions, one for each; yield the scenarios found."""
         entries = _step_entries(state)
         for number in self._open(state):
             question = self._question_counts[number]
@@ -102,7 +102,7 @@ class SolverStep:
                 yield scenario
 
     def _solve(self, number: int, question: int, entries: list[Entry]) -> Scenario | None:
-        """Return a scenario in which an instruction comes on; None if the solver finds no scenario."""
+        """Return a scenario that turns an instruction on; None if the solver finds no scenario."""
         point = RungPoint(number, PointState.ON)
         self.questions += 1
         if question in (NEAR, FAR):
@@ -116,7 +116,7 @@ class SolverStep:
         return None
 
     def _on_from(self, entry: Entry, point: RungPoint) -> Scenario | None:
-        """Return an entry's scenario up to its last new feature, extended so that an instruction comes on."""
+        """Return an entry's scenario up to its last new feature, extended to turn an instruction on."""
         scans = entry.points[-1] + 1
         at_ns = scans * self._bench.spec.scan_ns
         before = _until(entry.scenario, scans - 1, self._bench.spec.scan_ns)

@@ -1,4 +1,4 @@
-"""The kinds of servers for `--server`, one row each, and their addresses."""
+"""The kinds of servers for `--server`, in one row each, and their addresses."""
 
 from __future__ import annotations
 

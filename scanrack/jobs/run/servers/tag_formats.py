@@ -35,7 +35,7 @@ SCAN_MS = 100
 
 @dataclass
 class TagFile:
-    """A file for an import.
+    """A file for HMI software to import.
 
     Attributes:
         left_out: names of tags that the format can't represent.
@@ -45,7 +45,7 @@ class TagFile:
     left_out: list[str] = field(default_factory=list)
 
     def single_values(self, rows: Iterable[TagRow], types: Mapping[str, Any]) -> Iterator[TagRow]:
-        """Yield rows of the given types, arrays as elements; note other types and long arrays as left out."""
+        """Yield rows of the given types, arrays as elements; add the rest to `left_out`."""
         for row in rows:
             count = 1
             for size in row.dims:

@@ -34,7 +34,7 @@ LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
 """Product names of a CompactLogix and of a MicroLogix."""
 
 GRACE_S = 0.05
-"""A server that ends no more than this long before the end of the run is not restarted, s."""
+"""A server is not restarted if it ends within this time before the end of the run, s."""
 
 PATIENCE_S = 2
 """Maximum time to wait for a server to end, s."""
@@ -43,7 +43,7 @@ DEATHS_MOST = 10
 """Maximum number of restarts."""
 
 BEAT_S, STILL_MOST = 1.0, 10
-"""Interval of heartbeat checks, s; a server with no beat in this number of checks is hung."""
+"""Interval of heartbeat checks, s, and number of checks without a heartbeat after which a server is hung."""
 
 
 class TagService:
@@ -211,7 +211,7 @@ class TagService:
             self._say(f"the {self._title} server died too often: the scans continue without it")
 
     def _wait_for_end(self) -> str:
-        """Wait until the server has ended, and end it if it hangs; return how it ended, as a verb."""
+        """Wait until the server has ended, and end it if it hangs; return a verb for how it ended."""
         first_beats = last_beats = self._mailbox.beats
         still = 0
         while True:

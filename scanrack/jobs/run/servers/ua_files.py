@@ -67,7 +67,7 @@ def thumbprint(certificate: bytes) -> str:
 
 
 def _read_users(path: Path) -> dict[str, bytes]:
-    """Return the passwords in a file by user name; raise ValueError, with the path, for a wrong file."""
+    """Return the passwords in a file by user name; raise ValueError, with the path, for an invalid file."""
     try:
         return users_of(_read_secret(path).decode("utf-8-sig"))  # Windows editors may add a byte order mark
     except UnicodeDecodeError as error:

@@ -1,4 +1,4 @@
-"""The chain of causes in a recorded run, such as one in which `fuzz` found something."""
+"""The chain of causes in a recorded run, such as a failing run that `fuzz` found."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from ...load.loading import LoadedRack, load_job
 from ..journal import Journal
 
 MOST_SCANS = 500_000
-"""Maximum number of scans of the other rack, which runs again from power-up."""
+"""Maximum number of scans of the other rack, which is rerun from power-up."""
 
 Explain = Callable[[PackedTrace, LoadedRack, Debugger, str], CauseLink | None]
 """Returns the chain of a rack's tag after the last scan of its recording."""

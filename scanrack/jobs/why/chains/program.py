@@ -76,7 +76,7 @@ class ProgramChain(PythonChain):
     # --- lines
 
     def _explain_output(self, bits: Bits, name: str, row: int) -> CauseLink:
-        """Return the link of a change of an output, made by a line of the program."""
+        """Return the link of a change in an output, made by a line of the program."""
         rerun = self._traced(row, "")
         offset = self.recording.span((bits.slot, "out")).start + 2 * bits.word
         changes = [change for change in rerun.changes.get(row, ()) if change.affects(offset, bits.mask)]
@@ -85,7 +85,7 @@ class ProgramChain(PythonChain):
         return self._line_link(bits.slot, name, values, row, rerun=rerun, changes=changes)
 
     def _explain_value(self, text: str, row: int) -> CauseLink:
-        """Return the link of a change of a value of the program, made by one of its lines."""
+        """Return the link of a change in a program value, made by a line of the program."""
         rerun = self._traced(row, text)
         changes = [
             change
@@ -174,7 +174,7 @@ class ProgramChain(PythonChain):
             yield bits, bool((before ^ past.words(bits.slot, "in", row)[bits.word]) & bits.mask)
 
     def _causes_of_change(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Yield the new inputs that a change read; without one, the last changed value of its conditions."""
+        """Yield the new inputs that a change read; else the last changed value in its conditions."""
         new = [bits for bits, changed in self._reads(change, row) if changed]
         for bits in new:
             yield self._explain_change(bits, self.name(bits), row)
@@ -191,7 +191,7 @@ class ProgramChain(PythonChain):
                 yield from self._latest_reads(change, row)
 
     def _latest_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Of the inputs that a change read, yield those that changed last."""
+        """Yield the latest changes among the inputs that a change read."""
         reads = (self.of_bits(bits, self.name(bits), row) for bits, _ in self._reads(change, row))
         links = [link for link in reads if link is not None]
         last_scan = max((link.scan for link in links), default=None)
@@ -300,7 +300,7 @@ class ProgramChain(PythonChain):
                 yield self._explain_change(bits, name, row)
 
     def _new_status(self, slot: int, row: int) -> Iterator[CauseLink]:
-        """Yield the first named status bit of an axis that came on in a scan, or else one that went off."""
+        """Yield the first named status bit of an axis that turned on in a scan; else one that turned off."""
         past = Past(self.recording, row)
         before = past.words(slot, "in", row - 1)[0] if row else 0
         after = past.words(slot, "in", row)[0]

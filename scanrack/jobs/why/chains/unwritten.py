@@ -1,6 +1,7 @@
 """Explains why a value of a Python program has not changed: a line could write it, but a condition is false.
 
-The last scan is run again on a copy. When it reaches a condition around such a line, or the line itself,
+The last scan is run again on a copy. When the copy reaches a condition around one of these lines, or the line
+itself,
 the parts of the condition are evaluated, and the inputs that each false part reads are noted.
 """
 
@@ -82,7 +83,8 @@ def explain_unwritten(
 ) -> CauseLink | None:
     """Return the link of a value that has not changed up to a scan.
 
-    It names a line of a sequence that has not been reached, or the false condition with the fewest parts.
+    The link names a line of a sequence that has not been reached, or the false condition with the fewest
+    parts.
 
     Args:
         depth: number of values already followed to reach this one.
@@ -122,7 +124,7 @@ def explain_unwritten(
 def _links_of_part(
     chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
 ) -> Iterator[CauseLink]:
-    """Yield the inputs that a false part reads; without inputs, the program's values that it names."""
+    """Yield the inputs that a false part reads or, without inputs, the program values in it."""
     inputs = list(read_bits(part.masks.items()))
     links = [chain.of_bits(bits, chain.name(bits), row) for bits in inputs]
     if not inputs:
@@ -241,5 +243,5 @@ def _evaluate(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[boo
 
 
 def plain(value: Any) -> Any:
-    """Return a value in a form that a recording may contain; other values become text."""
+    """Return a value in a form that a recording can contain; other values become text."""
     return value if isinstance(value, (bool, int, float, str, type(None))) else repr(value)

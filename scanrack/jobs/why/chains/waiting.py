@@ -1,4 +1,4 @@
-"""Explains the wait of a sequence: by an edge that it missed, an input, an axis, or the rest of a dwell."""
+"""Explains the wait of a sequence: a missed edge, an input, an axis, or the remaining dwell time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _EDGE = re.compile(r"(\w+) (rises|falls)")
 
 
 def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink | None:
-    """Return what a sequence's last step waits for at a scan; None if that is unknown."""
+    """Return the link of the last step's wait at a scan; None if it is unknown."""
     step = steps[-1]
     if not step.line:
         return None
@@ -65,7 +65,7 @@ def _edge_link(
 
 
 def _place_at_edge(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
-    """Return where a sequence was at an edge, as a phrase; "" if it already waited for the edge."""
+    """Return a phrase for a sequence's line at an edge; "" if the sequence already waited for the edge."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
     before = [step for step in steps if step.scan < scan]
     previous = before[-1] if before else None

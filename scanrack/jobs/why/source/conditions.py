@@ -119,7 +119,7 @@ def _shown(value: object) -> str:
 
 
 def _value(path: list[str], frame: FrameType) -> object:
-    """Return the value of a dotted name, split into its parts; an `Input` gives the value that it reads."""
+    """Return the value of a dotted name, split into its parts; for an `Input`, the value that it reads."""
     first, *attributes = path
     spaces: Mapping[str, Any] = ChainMap(frame.f_locals, frame.f_globals)
     value: object = spaces[first]

@@ -23,7 +23,7 @@ _SIGN = 1 << 15
 
 @dataclass(slots=True)
 class Reads:
-    """The reads of a rack's input images.
+    """The words and bits that a program reads from a rack's input images.
 
     Attributes:
         masks: the bits used, by slot and word, in the order of the first reads; 0 = the word was only copied.

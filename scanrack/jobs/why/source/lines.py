@@ -4,7 +4,7 @@
     line.py:38    line.step = "back"   only a different value counts as a change
 
 Only functions in the user's files are traced. A change in scanrack or in an installed package is attributed
-to the user's line that called it. Only individual scans of a run that was made for a question are traced.
+to the user's line that called it. Only some scans are traced, in a run that answers a question.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ NOWHERE = Line("", 0, "")
 
 
 class Lines:
-    """Traces calls, and reports each change of a watched value with its line.
+    """Traces calls, and reports each change in a watched value with its line.
 
     Args:
         watched: returns the value, which is compared with `same`.

@@ -1,7 +1,7 @@
 """The commands that the axes of a program with sequences send, and the lines that await them.
 
 An axis writes its module's words after the sequences have run, so no line of the program writes them.
-A change of these words is attributed to the line of the sequence that awaits the axis's current command.
+A change in these words is attributed to the line of the sequence that awaits the axis's current command.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def senders(logic: object, program: Path) -> list[Sender]:
 
 
 def _sender(logic: Logic, axis: Axis3601) -> Sender:
-    """Return an axis as the sender of its words: its latest command, and the line that awaits it."""
+    """Return an axis as the sender of its words, with its latest command and the line that awaits it."""
     command = axis.commanded
     if command is None:
         return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)
