@@ -1,13 +1,11 @@
 """Words on the backplane as plain data, without time or I/O.
 
-Words can be converted to named objects and back without loss. Words that have no meaning are refused with a
-`ValueError` that states the reason, except by the classes that a module or its logic uses in every
-scan (`Parameters`, `StatusView`), which accept any words.
+Words can be converted to named objects and back without loss. Meaningless words raise a `ValueError` with the
+reason. Only the classes that a module or its logic uses in every scan (`Parameters`, `StatusView`) accept any
+words.
 
 An `Image` contains signed words (eight for a 3601) and gives access to the same memory as bytes. The
-thousands
-functions split values of more than 16 bits; `amci3601` defines what the words
-of an AMCI 3601 mean.
+thousands functions split values of more than 16 bits. `amci3601` defines the meaning of an AMCI 3601's words.
 
 >>> from scanrack.io_images import Image, join_thousands, split_thousands
 >>> split_thousands(-12_345), join_thousands(-12, 0)

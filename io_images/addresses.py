@@ -107,12 +107,12 @@ def _refusal(text: str, reason: str) -> SiteError:
 
 
 def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
-    """Return the size of a card's value `Data`; 0 for an empty slot, or a module with an array of words."""
+    """Return the bits in a card's `Data`; 0 for an empty slot, or a module with an array of words."""
     return slots[slot].data_bits if slot in slots else 0
 
 
 def _data_of_card(text: str, match: re.Match[str], bits: int) -> Address:
-    """Return the address of `Data` as one word, which 32 bits do not fit, or of one of its bits."""
+    """Return the address of `Data` as one word, or of one of its bits; refuse 32-bit data as a word."""
     slot, image = int(match["slot"]), match["image"].upper()
     if match["bit"] is None:
         if bits > BITS:

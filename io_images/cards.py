@@ -83,7 +83,7 @@ class CardKind:
 
     @property
     def analog(self) -> bool:
-        """Whether it is an analog card."""
+        """Whether the card is analog."""
         return bool(self.channels_in or self.channels_out)
 
     @property
@@ -100,7 +100,7 @@ class CardKind:
 
     @property
     def has_members(self) -> bool:
-        """Whether its tags have members; MicroLogix cards have only words."""
+        """Whether the card's tags have members; MicroLogix cards have only words."""
         return not self.name.startswith("1762")
 
     def members(self) -> Iterator[tuple[str, MemberPlace]]:

@@ -86,7 +86,7 @@ def _is_special(cls: type[Any]) -> bool:
 
 
 def _methods(cls: type[Any], options: Mapping[str, bool]) -> Iterator[tuple[str, object]]:
-    """Yield the names of the methods that options ask for, with the methods or their placeholders."""
+    """Yield the names of the methods that the options select, with the methods or their placeholders."""
     for option, name, compiler in _COMPILERS:
         if options[option]:
             yield name, CompiledOnUse(cls, name, compiler)
@@ -223,12 +223,12 @@ def _refusal(cls: type[Any], name: str, action: str) -> Method:
 
 
 def _getstate(self: Any) -> list[Any]:
-    """Return what pickle stores of an object with slots: its fields, in order."""
+    """Return the state that pickle stores for an object with slots: its fields, in order."""
     return [getattr(self, field.name) for field in fields(self)]
 
 
 def _setstate(self: Any, state: Iterable[Any]) -> None:
-    """Set the fields from what `_getstate` returned, even of a frozen object."""
+    """Set the fields to a state from `_getstate`, even in a frozen object."""
     for field, value in zip(fields(self), state, strict=False):
         object.__setattr__(self, field.name, value)
 

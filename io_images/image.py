@@ -14,7 +14,7 @@ from operator import index
 from typing import NoReturn
 
 WORDS = 8
-"""Words in an image of a 3601 [manual, chapter 1: 8 input and 8 output words]; the default of `Image`."""
+"""Words in an image of a 3601 [manual, chapter 1: 8 input and 8 output words]; the default for `Image`."""
 
 WORDS_MAX = 250
 """Maximum words in an image: 500 bytes, the limit of a CIP I/O connection without a large forward open."""
@@ -58,13 +58,13 @@ class Image:
     Image([7, 0])
 
     Args:
-        words: up to `size` words, -32,768 to 65,535 each; missing ones are 0.
+        words: up to `size` words, -32,768 to 65,535 each; missing words are 0.
         size: number of words, 1 to 250.
         buffer: writable bytes, two per word, to use as the image's memory; their number sets the size.
 
     Raises:
         ValueError: there are more than `size` words, a word is out of range, or the size or the buffer is
-            not allowed.
+            invalid.
     """
 
     __slots__ = ("raw", "words")
@@ -194,7 +194,7 @@ class _ReadOnlyImage(Image):
 
 
 def checked_size(size: int) -> int:
-    """Return `size`, the number of words of an image; raise a ValueError unless it is 1 to 250."""
+    """Return `size`, the number of words in an image; raise a ValueError unless it is 1 to 250."""
     if type(size) is not int or not 1 <= size <= WORDS_MAX:
         raise ValueError(f"an image of {size!r} words is not allowed: 1 to {WORDS_MAX}")
     return size

@@ -13,7 +13,7 @@ SOURCE: str = "."
 def install_line(extra: str = "", tool: str = "pip") -> str:
     """Return the command that installs scanrack, with an extra if given.
 
-    It uses double quotes, which all shells understand, including those on Windows.
+    It uses double quotes, which all shells understand, including Windows shells.
 
     >>> install_line(), install_line("plot")
     ('pip install .', 'pip install ".[plot]"')

@@ -45,9 +45,8 @@ class Quantity:
         word: its first word, from 0.
         words: 1 or 2.
         unit: for example "steps".
-        format: format of two words; None if the configuration selects it, in which case the module's events
-            report it.
-        counts: whether it changes all the time while the axis moves.
+        format: format of two words; None if the configuration selects it; the module's events then report it.
+        counts: whether it changes continuously while the axis moves.
     """
 
     name: str
@@ -150,7 +149,7 @@ class ModuleWords:
         return next((place for place in places if place.image in INPUT), None)
 
     def covered(self, image: str) -> set[int]:
-        """Return the numbers of the words in an image that named bits or two-word quantities cover."""
+        """Return the numbers of the words in an image that contain named bits or two-word quantities."""
         words: set[int] = set()
         for quantity in self.quantities_in(image):
             if quantity.words > 1:

@@ -37,7 +37,7 @@ class Site:
 
     @property
     def where(self) -> str:
-        """The file, line, routine and rung that are known."""
+        """The known parts: file, line, routine and rung."""
         rung = "" if self.rung is None else f", {self.place}"
         routine = f"routine {self.routine}{rung}" if self.routine else ""
         return ": ".join(filter(None, (self.spot if self.file else "", routine)))

@@ -16,8 +16,8 @@ word is negative [3601 manual r3.1, Module Overview].
 
 Parameters that the PLC sends are checked: an LSW beyond 999 or words of
 opposite signs are illegal [chapter 5 notes 3 to 5; chapter 6, Command
-Error 4]. What the module reports is not limited to the parameter range: up to 65,535,999, all 16 bits of the
-MSW are the thousands, so an MSW above 7FFFh reads as negative [chapter 6, Current Position].
+Error 4]. Reported values are not limited to the parameter range: up to 65,535,999, the thousands use all 16
+bits of the MSW, so an MSW above 7FFFh reads as negative [chapter 6, Current Position].
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _MSW_SPAN = 65_536
 
 
 def is_legal_pair(msw: int, lsw: int) -> bool:
-    """Return whether two words are a legal value: |LSW| <= 999, and no opposite signs.
+    """Return whether two words form a legal value: |LSW| <= 999, and no opposite signs.
 
     The printed sign rule ("one word negative and the other not zero and
     positive") can only mean words of opposite signs, since the manual's own

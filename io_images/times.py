@@ -47,7 +47,7 @@ def parse_time(text: str) -> int:
     (0, 250000, 90000000000)
 
     Raises:
-        ValueError: the text is not a number and a unit, or the time is not a whole number of ns, or longer
+        ValueError: the text is not a number and a unit, or the time is not a whole number of ns, or is longer
             than `LONGEST_NS`.
     """
     match = _TIME.fullmatch(str(text).strip())
@@ -75,13 +75,13 @@ def parse_duration(text: str) -> int:
 
 
 def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
-    """Convert a number in a unit to ns; a float is taken as its shortest decimal.
+    """Convert a number in a unit to ns; a float counts as its shortest decimal.
 
     >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(600, "s"), exact_ns(0.1, "ms")
     (250000, 600000000000, 100000)
 
     Raises:
-        SettingError: it is not a whole number of ns, or longer than `LONGEST_NS`.
+        SettingError: it is not a whole number of ns, or is longer than `LONGEST_NS`.
     """
     number = value if isinstance(value, Decimal) else Decimal(str(value))
     try:
@@ -91,7 +91,7 @@ def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
 
 
 def _whole_ns(number: Decimal, unit: str, name: str) -> int:
-    """Return a number in a unit as ns; raise a ValueError if it is not a whole number or too long."""
+    """Return a number in a unit as ns; raise a ValueError if it is not a whole number or is too long."""
     try:
         time_ns = _EXACT.multiply(number, UNITS_NS[unit])
         if time_ns > LONGEST_NS:
@@ -102,7 +102,7 @@ def _whole_ns(number: Decimal, unit: str, name: str) -> int:
 
 
 def time_text(time_ns: int) -> str:
-    """Return a time as exact text for `parse_time`, in the largest unit that makes the text no longer.
+    """Return a time as exact text for `parse_time`, in the largest unit with the shortest text.
 
     >>> time_text(9_422_000_000), time_text(250_000), time_text(400), time_text(0)
     ('9.422 s', '250 µs', '400 ns', '0 s')
@@ -112,7 +112,7 @@ def time_text(time_ns: int) -> str:
 
 
 def seconds(time_ns: int) -> str:
-    """Return a moment since power-up as exact text, in seconds.
+    """Return a time since power-up as exact text, in seconds.
 
     >>> seconds(1_498_174_000_000), seconds(5), seconds(0)
     ('1498.174', '0.000000005', '0')
@@ -140,7 +140,7 @@ def milliseconds(time_ns: int) -> str:
 
 
 def _in_unit(time_ns: int, unit_ns: int) -> str:
-    """Return a time in a unit as an exact decimal number, without zeros at its end."""
+    """Return a time in a unit as an exact decimal number, without trailing zeros."""
     whole_units, fraction_ns = divmod(abs(time_ns), unit_ns)
     decimals = f".{fraction_ns:0{len(str(unit_ns)) - 1}d}".rstrip("0") if fraction_ns else ""
     return f"{'-' * (time_ns < 0)}{whole_units}{decimals}"

@@ -15,9 +15,10 @@ UNKNOWN = "unknown"
 def distribution_version(distribution: str) -> str:
     """Return the version of a distribution; "unknown" if it is not installed.
 
-    If scanrack runs from a checkout, its version is that of the checkout, whatever is installed.
-    `importlib.metadata` is used only for distributions that are not in a folder of `sys.path`, such as those
-    in a zip file.
+    If scanrack runs from a checkout, the checkout's version is returned, even if another version is
+    installed.
+    `importlib.metadata` is used only for distributions that are not in a folder of `sys.path`, such as
+    distributions in a zip file.
 
     >>> distribution_version("no such distribution")
     'unknown'

@@ -15,7 +15,7 @@ this table:
 | `python` | logic in plain Python: sequences, and the axis of a 3601 |
 | `files`, `blocks` | `.rung`, `.st` and `.steps` files; the motion blocks of `USE axis3601` |
 | `debug`, `draw` | breakpoints, forces, causes, cross reference; rungs as characters and SVG |
-| `prove` | claims about a program, for every input: a scan on terms, verdicts, monitors |
+| `prove` | properties of a program, for every input: a scan on terms, verdicts, monitors |
 
 To add an instruction:
 

@@ -158,7 +158,7 @@ _known_homes: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Return, for each public name, its module and its name there, as read from the imports above."""
+    """Return the module of each public name and its name in the module, read from the imports above."""
     if not _known_homes:
         import re
 
@@ -175,7 +175,7 @@ def _homes() -> dict[str, tuple[str, str]]:
 
 
 def _imported_name(name: str) -> object:
-    """Return what a public name stands for: an object, a module or the version."""
+    """Return the object, module or version that a public name refers to."""
     from importlib import import_module
 
     homes = _homes()

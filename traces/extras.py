@@ -1,4 +1,4 @@
-"""Imports optional libraries; if one is missing, the error names the command that installs it."""
+"""Imports optional libraries; the error for a missing library names the command that installs it."""
 
 from __future__ import annotations
 

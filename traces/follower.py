@@ -4,8 +4,8 @@
         |                                |
         +---------- Follower ------------+   stops at the first scan that differs
 
-The receiver is a module, a program or a whole rack. Its owner runs it scan by scan, and a `Follower`
-listens to that run like a recorder.
+The receiver is a module, a program or a whole rack. Its owner runs it scan by scan; a `Follower` listens to
+the run like a recorder.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Follower:
 
     Attributes:
         stop: called at the first scan that differs; None = continue. With a tolerance it is not called, since
-            a later scan may show that the difference is within the tolerance.
+            a later scan can show that the difference is within the tolerance.
         stopped: whether `stop` has been called.
     """
 
@@ -106,7 +106,7 @@ class Follower:
 
 
 def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
-    """Yield chunks with only the first `count` scans."""
+    """Yield the chunks up to the first `count` scans."""
     for columns in chunks:
         yield columns.rows(0, count)
         count -= len(columns.scan)

@@ -4,9 +4,9 @@
     head | chunk | index | chunk | index | summary | footer         after repair
 
 Complete records are copied unchanged. The indexes and the end are rebuilt. A trace that only lacks its end
-therefore becomes identical to a complete recording. The repaired trace is written beside the original and
-flushed to the disk, and only then replaces it. The original is kept, unless the repaired trace begins with
-all of it except a torn end.
+therefore becomes identical to a complete recording. The repaired trace is written next to the original and
+flushed to the disk before it replaces the original. The original is kept, unless the repaired trace begins
+with the whole original except a torn end.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Repair:
 
     @property
     def damaged(self) -> int:
-        """Number of chunks and other records that were omitted as unreadable."""
+        """Number of chunks and other records that were omitted because they are unreadable."""
         return sum(isinstance(note, Damage) for note in self.notes)
 
 
@@ -80,8 +80,8 @@ def repair(
 ) -> Repair:
     """Repair a trace; a trace without defects is left unchanged, and `output` is not written.
 
-    A replaced original is kept with the suffix `.orig`, unless the repaired trace begins with
-    all of it, except a chunk that was cut off.
+    A replaced original is kept with the suffix `.orig`, unless the repaired trace begins with the whole
+    original except a chunk that was cut off.
 
     Args:
         path: the trace of scans or of a serial line.
@@ -132,8 +132,7 @@ def _header(records: Records) -> Header:
 def _index_defects(trace: Records, rewritten: Path, path: Path) -> list[str]:
     """Return the defects of the indexes and the end of a trace whose messages are all readable.
 
-    A trace that we wrote must equal the rewritten one. For other writers' traces, the `mcap` reader does the
-    check.
+    A trace from scanrack must equal the rewritten trace. The `mcap` reader checks traces from other writers.
     """
     if _header(trace).library.startswith(LIBRARY):
         is_same_size = rewritten.stat().st_size == path.stat().st_size
@@ -149,7 +148,7 @@ def _index_defects(trace: Records, rewritten: Path, path: Path) -> list[str]:
 
 
 def _replace_trace(draft: Draft, path: Path, original: Path | None) -> None:
-    """Replace the target with the repaired trace; first name the old one `original` unless it is None."""
+    """Replace the target with the repaired trace; first keep the old trace at `original`, unless None."""
     shutil.copymode(path, draft.path)
     if original is not None:
         _add_name(path, original)
@@ -162,7 +161,7 @@ def _replace_trace(draft: Draft, path: Path, original: Path | None) -> None:
 
 
 def _add_name(path: Path, new_name: Path) -> None:
-    """Give a file a second name; copy it if the file system has no links."""
+    """Add a second name to a file; copy the file if the file system has no links."""
     try:
         os.link(path, new_name)
     except OSError:
@@ -207,7 +206,7 @@ class Rewriter:
         return self._result
 
     def _data_records(self) -> Iterator[Span]:
-        """Yield the records before the data's end, which is the first DataEnd that no message follows."""
+        """Yield the records before the end of the data: the first DataEnd without messages after it."""
         last_section = max(self._sections, default=0)
         for span in self._trace.spans:
             if span.opcode == Opcode.DATA_END and span.offset > last_section:
@@ -230,7 +229,7 @@ class Rewriter:
         self._crc = zlib.crc32(data, self._crc)
 
     def _copy_record(self, span: Span) -> None:
-        """Copy a record; if it is damaged, skip it and note it."""
+        """Copy a record; skip and note a damaged one."""
         section = self._sections.get(span.offset)
         if section is not None:
             self._copy_section(section)
@@ -303,7 +302,7 @@ class Rewriter:
 
 
 def _time_bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
-    """Return the earliest and the latest time of messages; both 0 if there are none."""
+    """Return the earliest and the latest time of messages; both are 0 without messages."""
     times = [np.frombuffer(entry, np.uint64)[::2] for entry in entries.values()] or [np.zeros(1, np.uint64)]
     return min(int(stamps.min()) for stamps in times), max(int(stamps.max()) for stamps in times)
 

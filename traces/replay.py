@@ -17,7 +17,7 @@ from .read.packed import PackedScans, memory_blocks
 from .read.reader import Trace, TraceEvent
 
 Image = tuple[int, str]
-"""An image in a scan, as the slot number and "in" or "out"."""
+"""An image in a scan: the slot number, and "in" or "out"."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class PackedTrace:
         """Read a trace.
 
         Args:
-            more: scans that may not be in the file yet; duplicates of scans in the file are omitted.
+            more: scans that may not be in the file yet; scans that are already in the file are ignored.
 
         Raises:
             TraceError: the file can't be read, even without its damaged parts.
@@ -68,12 +68,12 @@ class PackedTrace:
 
     @cached_property
     def flags(self) -> Sequence[int]:
-        """The CPU's flags in the scans."""
+        """The controller's flags in the scans."""
         return self.scans.view(lambda columns: columns.flags.tolist())
 
     @cached_property
     def distinct_flags(self) -> frozenset[int]:
-        """All values that the CPU's flags have in any scan."""
+        """All values of the controller's flags."""
         return frozenset(flag for chunk in self.scans.chunks() for flag in np.unique(chunk.flags).tolist())
 
     @property

@@ -7,7 +7,7 @@ mode, as selected by bit 15 of word 0:
     output     `Configuration`        a `Command`, see `decode`; `BlendHeader`, `BlendSegment`
     input      `ConfigurationStatus`  `Status`; live: `StatusView`
 
-Each has a method `to_image`, whose exact inverse is `from_image` or `decode`.
+Each has a method `to_image`; `from_image` or `decode` is its exact inverse.
 
 A configuration with external input, home switch, emergency stop and both end limits (all active high), step
 and direction outputs, and a starting speed of 12,345 steps/s [chapter 3]:

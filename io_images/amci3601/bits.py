@@ -1,7 +1,6 @@
 """Bits of the 3601's command and status words, with this project's names.
 
-The names of the status bits are public: traces, `scanrack drive` and tag
-addresses use them as they are.
+The names of the status bits are public: traces, `scanrack drive` and tag addresses use them unchanged.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class CommandLsw(IntFlag):
 
 
 class ConfigMsw(IntFlag):
-    """Output word 0 in configuration mode [chapter 3, Configuration Bits MSW]; 7, 11, 13, 14 are unused."""
+    """Output word 0 in configuration mode [chapter 3, Configuration Bits MSW]; bits 7, 11, 13, 14 unused."""
 
     USE_CAPTURE = 1 << 0
     USE_EXTERNAL = 1 << 1
@@ -142,8 +141,8 @@ COMPLETION_BITS = StatusMsw.MOVE_COMPLETE | StatusMsw.STOPPED | StatusMsw.HOLD_S
 def status_names(word0: int, word1: int) -> list[str]:
     """Return the names of the set status bits, in word-and-bit order.
 
-    In configuration mode all but three bits mirror the configuration, so only
-    those three are named [chapter 3, note after the input data table].
+    In configuration mode all but three bits mirror the configuration, so only these three names are returned
+    [chapter 3, note after the input data table].
 
     >>> status_names(0x6400, 0)
     ['POSITION_INVALID', 'CONFIG_ERROR', 'MODULE_OK']
@@ -158,7 +157,7 @@ def status_names(word0: int, word1: int) -> list[str]:
 
 
 LIVE_BITS = (StatusMsw.MODE_CONFIG | StatusMsw.MODULE_OK | StatusMsw.CONFIG_ERROR).value
-"""Bits 13 to 15 of input word 0, which are status in either mode [chapter 3]."""
+"""Bits 13 to 15 of input word 0, which are status bits in both modes [chapter 3]."""
 
 _MSW_MASKS = tuple((str(bit.name), bit.value) for bit in StatusMsw)
 _LSW_MASKS = tuple((str(bit.name), bit.value) for bit in StatusLsw)

@@ -14,7 +14,7 @@ The module reads a block when bit 9 of word 1 rises and answers with BLEND_ACK.
 Clearing only bit 9 (word 1 = 0100h) makes the module clear BLEND_ACK and wait for the next block. Clearing
 bit 8 as well ends programming.
 
-These classes read only words that they can write; the module accepts others too (reading A-60).
+These classes read only words that they can write; the module also accepts other words (reading A-60).
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class BlendHeader:
 
     @classmethod
     def from_image(cls, image: Image) -> BlendHeader:
-        """Read the output image of a first block; raise a ValueError if it is not one."""
+        """Read the output image of a first block; raise a ValueError for any other image."""
         words = [word & 0xFFFF for word in image]
         require("number of blend segments", words[2], SEGMENTS_MIN, SEGMENTS_MAX)
         type_pairs = words[4] | words[3] << 16
@@ -137,7 +137,7 @@ class BlendSegment:
 
     @classmethod
     def from_image(cls, image: Image) -> BlendSegment:
-        """Read the output image of a segment's block; raise a ValueError if it is not one."""
+        """Read the output image of a segment's block; raise a ValueError for any other image."""
         words = image.words.tolist()
         segment = cls(join_thousands(words[2], words[3]), join_thousands(words[4], words[5]), words[6])
         _require_equal(segment.to_image(), image, "segment block of a blend profile")

@@ -34,7 +34,7 @@ class Idle:
     """No command.
 
     Attributes:
-        rest: words 1 to 7, which the module ignores. They need not be 0, because a program may stop a manual
+        rest: words 1 to 7, which the module ignores. They need not be 0, because a program can stop a manual
             move by clearing only word 0. Bits 7 to 10 of word 1 are commands and must be 0.
     """
 
@@ -178,7 +178,7 @@ def decode(image: Image, limits: Limits = LIMITS_3601) -> Command:
 
 
 def _reader(msw: int, lsw: int) -> _Reader:
-    """Return the function that reads a command with these two words; refuse words of no command."""
+    """Return the function that reads a command with these two words; refuse words that are not a command."""
     if msw == 0 and lsw & _BLEND:
         raise ValueError(f"word 1 is {lsw & 0xFFFF:04X}h: this is a block of a blend profile, not a command")
     if lsw & _FOLLOWER and msw in (0, CommandMsw.MANUAL_CW, CommandMsw.MANUAL_CCW):

@@ -141,7 +141,7 @@ class Configuration:
 
     @property
     def encoder_counted(self) -> bool:
-        """Whether input words 4 and 5 count: the encoder or the module's own pulses (reading A-89)."""
+        """Whether words 4 and 5 have a count of the encoder or the module's own pulses (reading A-89)."""
         return self.quadrature_encoder or self.diagnostic_feedback
 
     def active_inputs(self, energized: int) -> int:
@@ -152,7 +152,7 @@ class Configuration:
 def check(words: Sequence[int], firmware: Firmware, limits: Limits = LIMITS_3601) -> tuple[str, ...]:
     """Return the ids of the rules that a configuration breaks; () if it is valid.
 
-    Bit 15 of word 0, the mode flag, is ignored. Words may be signed or unsigned.
+    Bit 15 of word 0, the mode flag, is ignored. Words can be signed or unsigned.
 
     >>> check((0x843E, 0x003F, 1, 0, 0, 0, 0, 0), Firmware(4, 1))
     ()

@@ -79,12 +79,12 @@ class Firmware:
 
     @property
     def registration(self) -> bool:
-        """Whether it has registration moves and the minimum registration distance (from 3.1)."""
+        """Whether this version has registration moves and the minimum registration distance (from 3.1)."""
         return self >= FW_3_1
 
     @property
     def follower(self) -> bool:
-        """Whether it has encoder follower mode (from 4.1)."""
+        """Whether this version has encoder follower mode (from 4.1)."""
         return self >= FW_4_1
 
 

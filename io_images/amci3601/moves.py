@@ -290,5 +290,5 @@ def _shape(lsw: int) -> Acceleration:
 
 
 def _direction(bits: dict[Direction, int], msw: int) -> Direction:
-    """Return the direction whose command bit the MSW is."""
+    """Return the direction whose command bit equals the MSW."""
     return next(direction for direction, bit in bits.items() if bit == msw)

@@ -1,6 +1,7 @@
 """Output words 2 to 7 of command mode as numbers, and their ranges [chapter 5, notes 4 to 8].
 
-The module's minimum programmed speed is its configured starting speed; this file only checks for at least 1.
+The module's minimum programmed speed is its configured starting speed; this file only checks that the speed
+is at least 1.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousa
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest values in a module's commands; the defaults are those of a 3601.
+    """The largest values in a module's commands; the defaults are the limits of a 3601.
 
     Distances are limited only by the range of their words, `thousands.PARAMETER_MAX`.
 

@@ -54,7 +54,7 @@ class Profile(ModuleWords):
         undescribed: names of the command bits that its manual does not explain; the module refuses each.
         further: places of additional status bits, which a 3601 lacks, by name.
         further_errors: the errors among these bits, as a mask of `StatusBits`; Reset Errors clears them.
-        refusals: ids of the rules that refuse a command; unrelated rules may fire in the same scan.
+        refusals: ids of the rules that refuse a command; unrelated rules can fire in the same scan.
         masks: masks (`StatusBits`) of the status bits by name.
         view: the class that reads an input image by the names of these bits.
 
@@ -181,7 +181,7 @@ def may_be_stepper(words: ModuleWords) -> bool:
 
 
 def profile_of(words: ModuleWords) -> Profile:
-    """Return the profile of a module that may be a stepper; with unnamed words, that of a 3601."""
+    """Return the profile of a module that may be a stepper; if its words are unnamed, the 3601's profile."""
     return words if is_stepper(words) else WORDS_3601
 
 

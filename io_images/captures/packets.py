@@ -1,7 +1,7 @@
 """The packets of a pcap or pcapng capture file, in file order [draft-ietf-opsawg-pcap, -pcapng].
 
 A file ends in the middle of a packet if the capture program was killed. Complete packets are read, and
-`Capture.cut_off` is the offset of the incomplete one. Any other error raises a `CaptureError` with the
+`Capture.cut_off` is the offset of the incomplete packet. Any other error raises a `CaptureError` with the
 error's offset.
 """
 
@@ -80,7 +80,7 @@ class _Interface:
     offset_s: int  # added to time stamps
 
     def at_ns(self, units: int) -> int:
-        """Return a time stamp in ns since 1970."""
+        """Convert a time stamp to ns since 1970."""
         return self.offset_s * NS_PER_S + units * NS_PER_S // self.units_per_s
 
 
@@ -89,7 +89,7 @@ class Capture:
 
     Attributes:
         cut_off: offset of an incomplete last packet; None for a complete file.
-        cut_frames: the frames captured only in part, so far.
+        cut_frames: the truncated frames so far.
     """
 
     def __init__(self, file: BinaryIO) -> None:

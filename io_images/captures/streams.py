@@ -3,7 +3,7 @@
     segments   |1..8|      |17..24|9..16|   |9..16|
     bytes      |1..8|             |9..24|             the last one is a retransmission
 
-Bytes that the capture missed or truncated are a gap. A gap is skipped when the other end acknowledges later
+Bytes that the capture missed or truncated form a gap. A gap is skipped when the other end acknowledges later
 bytes, or when too many bytes are waiting after it.
 """
 
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from .segments import SYN, End, Segment
 
 CONNECTIONS_MAX = 1024
-"""Maximum number of connection directions followed; a new one replaces the one that was idle longest."""
+"""Maximum number of connection directions followed; a new direction replaces the longest idle one."""
 
 WAITING_MAX = 64
 """Maximum number of segments waiting in one direction."""
@@ -71,7 +71,7 @@ class Streams:
                 yield from self._take_chunks(key, direction)
 
     def _add(self, segment: Segment, at_ns: int) -> Iterator[Chunk]:
-        """Add a segment; yield the bytes now in order, including those that it acknowledges."""
+        """Add a segment; yield the bytes now in order, including the bytes that it acknowledges."""
         key = segment.source, segment.target
         direction = self._directions.setdefault(key, _Direction())
         self._directions.move_to_end(key)
@@ -105,7 +105,7 @@ class Streams:
             yield from self._take_chunks(key, direction)
 
     def _store(self, direction: _Direction, first: int, at_ns: int, data: bytes) -> None:
-        """Store bytes that must wait, except those already yielded."""
+        """Store bytes that must wait, except bytes that were already yielded."""
         assert direction.next is not None
         ahead = _ahead(first, direction.next)
         if ahead >= _HALF:  # the data begin before the next byte
@@ -137,7 +137,7 @@ class Streams:
             yield self._chunk(key, direction, data)
 
     def _chunk(self, key: tuple[End, End], direction: _Direction, data: bytearray) -> Chunk:
-        """Return bytes as a chunk; the direction's next chunk is then without a gap before it."""
+        """Return bytes as a chunk; mark the direction's next chunk as having no gap before it."""
         after_gap, direction.after_gap, direction.gap_counted = direction.after_gap, False, False
         return Chunk(direction.passed_ns, *key, bytes(data), after_gap)
 

@@ -1,4 +1,4 @@
-"""Bits of the words at their places in the SMD family; a model's row lists its differing places."""
+"""Bits of the words at their places in the SMD family; a model's row lists the places that differ."""
 
 from __future__ import annotations
 

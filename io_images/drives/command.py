@@ -23,7 +23,7 @@ TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
 
 @dataclass(frozen=True)
 class DriveCommand:
-    """Ten output words, interpreted as a given model of the family interprets them."""
+    """Ten output words, with the meanings that they have for a given model of the family."""
 
     words: tuple[int, ...]  # unsigned
     model: Model
@@ -101,7 +101,7 @@ class DriveCommand:
 
     @property
     def jerk(self) -> int:
-        """Jerk, % of the rate per 10 ms; 0 = constant acceleration. A registration move has no jerk."""
+        """Jerk, % of the rate per second; 0 = constant acceleration. A registration move has no jerk."""
         registers = self.modifiers & Modifier.REGISTRATION_MOVE
         return 0 if registers or not self.model.jerk else self.words[9]
 

@@ -109,7 +109,7 @@ class DriveConfiguration:
 
     @property
     def diagnostic_feedback(self) -> bool:
-        """Whether it counts its own steps; always false, since no drive does."""
+        """Whether the drive counts its own steps; always false, since no drive does this."""
         return False
 
     @property

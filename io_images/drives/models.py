@@ -117,7 +117,7 @@ class Model:
 
     @property
     def runs_blends(self) -> bool:
-        """Whether it has blend move commands."""
+        """Whether the model has blend move commands."""
         return self.moved_commands.get(CommandBit.RUN_ASSEMBLED_MOVE) != 0
 
     def command_bits(self, word_0: int) -> CommandBit:
@@ -136,7 +136,7 @@ class Model:
         return word_0 & 0xFFFF & ~known_bits
 
     def status_words(self, status: int) -> tuple[int, int]:
-        """Return the two status words of status bits at the places of the SMD family."""
+        """Return the two status words for status bits that are at the places of the SMD family."""
         moved = 0
         for bit, mask in self.moved_status.items():
             if status & bit:
@@ -179,7 +179,7 @@ _QUANTITIES = (
     Quantity("acceleration", "O", 6, 1, "steps/ms/s"),
     Quantity("deceleration", "O", 7, 1, "steps/ms/s"),
     Quantity("motor_current", "O", 8, 1, "0.1 A"),
-    Quantity("jerk", "O", 9, 1, "% per 10 ms"),
+    Quantity("jerk", "O", 9, 1, "%/s"),
 )
 """The numbers in words 2 to 9 in command mode [EDS; SMD p. 59]."""
 

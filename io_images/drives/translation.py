@@ -68,10 +68,10 @@ UNFIT = StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
 """Status bits that end a command but do not exist on a 3601."""
 
 PARTS = {CommandLsw.S_CURVE.value: 1, (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value: 3}
-"""For each shape: the time of a speed change at peak rate, divided by the time in which the rate rises."""
+"""For each shape: the duration of a speed change at peak rate, divided by the rise time of the rate."""
 
 JERK_SCALE = 100_000
-"""The jerk of 1 % per 10 ms reaches the peak rate in 100 s; a rate of 1 step/ms/s is 1,000 steps/s/s."""
+"""A jerk of 1 % per second reaches the peak rate in 100 s; a rate of 1 step/ms/s is 1,000 steps/s/s."""
 
 _SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
 _JOGS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
@@ -213,7 +213,7 @@ class DriveTranslation:
         return modifiers.value
 
     def _jerk(self, words: Sequence[int]) -> int:
-        """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 if there is none."""
+        """Return the jerk of an S-curve, rounded down but at least 1; 0 without an S-curve."""
         shape_parts = PARTS.get(words[1] & _SHAPE, 0)
         change = 1000 * words[4] + words[5] - self._configuration.starting_speed
         if not shape_parts or change <= 0:

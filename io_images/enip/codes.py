@@ -1,4 +1,4 @@
-"""Numbers of the protocol."""
+"""Numeric codes of the EtherNet/IP protocol."""
 
 from __future__ import annotations
 

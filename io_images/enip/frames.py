@@ -10,7 +10,7 @@ import struct
 HEAD = struct.Struct("<HHII8sI")
 
 COMMAND_MOST = 0x1FF
-"""Largest number of a command; a larger one is not a frame."""
+"""Largest command number; data with a larger number is not a frame."""
 
 NO_ADDRESS, CONNECTED_ADDRESS, UNCONNECTED_DATA, CONNECTED_DATA = 0, 0xA1, 0xB2, 0xB1
 """Types of items."""

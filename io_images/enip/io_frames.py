@@ -123,7 +123,7 @@ def io_packet(datagram: bytes) -> IoPacket | None:
 
 
 def socket_item(port: int) -> tuple[int, bytes]:
-    """Return the item with a target's UDP port; the address is that of the TCP connection."""
+    """Return the item with a target's UDP port; its address is the address of the TCP connection."""
     return SOCKET_TO_TARGET, _SOCKET.pack(_INTERNET, port, bytes(4))
 
 

@@ -95,12 +95,12 @@ class ListedTag:
 
     @property
     def is_bits(self) -> bool:
-        """Whether it is an array of BOOLs, which clients see as DWORDs."""
+        """Whether the tag is an array of BOOLs, which clients see as DWORDs."""
         return self.kind == BOOL and bool(self.dims)
 
     @cached_property
     def element(self) -> int:
-        """Bytes of an element."""
+        """Size of an element, bytes."""
         return DWORD.size if self.is_bits else self.kind.size
 
     @cached_property
@@ -110,7 +110,7 @@ class ListedTag:
 
     @cached_property
     def size(self) -> int:
-        """Bytes of the tag."""
+        """Size of the tag, bytes."""
         return self.element * self.count
 
 

@@ -118,7 +118,7 @@ def _logical(path: Path, data: bytes, offset: int) -> int:
 
 
 def split_name(name: str) -> list[PathStep]:
-    """Return the steps of a name in one segment; some clients send `A.B[3]` that way.
+    """Return the steps of a name that a client sends in one segment, such as `A.B[3]`.
 
     >>> split_name("Program:Main.Step[2].Time")
     ['Program:Main', 'Step', 2, 'Time']

@@ -46,4 +46,4 @@ CAUSES: dict[Error, str] = {
     Error.MEMORY_COMMAND: "no instruction where one was to be executed: no program, RETURN without GOTO",
     Error.THUMBWHEEL: "no thumbwheel, or SW2 not in its position",
 }
-"""What causes each bit in the simulation, in bit order."""
+"""Cause of each bit in the simulation, in bit order."""

@@ -126,7 +126,7 @@ ROWS: dict[Register, Row] = {row.register: row for row in MAP}
 """The rows by value."""
 
 WORDS: tuple[tuple[Row, int], ...] = tuple((row, word) for row in MAP for word in range(row.words))
-"""The row at each address, and 0 for the row's only or low word or 1 for its high word."""
+"""The row at each address, with 0 for the row's only or low word, and 1 for its high word."""
 
 WORD_COUNT = len(WORDS)
 """Registers in the map."""

@@ -1,4 +1,4 @@
-"""AA ASCII: the 41 commands of the summary, in its order [Anaheim Automation ASCII, Command Summary].
+"""AA ASCII: the 41 commands, in the order of the summary [Anaheim Automation ASCII, Command Summary].
 
     @ address command parameters CR        address 1 or 2 digits, parameters up to 8 characters
 

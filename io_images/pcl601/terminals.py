@@ -47,10 +47,10 @@ OUTPUT_BITS = 16
 """Number of bits in the output register; the upper eight read 0."""
 
 ON_FLY_OUTPUT = 1 << 0
-"""Output 1 is the output on the fly."""
+"""Bit of output 1, the output on the fly."""
 
 RETRIES_OUTPUT = 1 << 7
-"""Output 8 is on when all encoder retries have failed."""
+"""Bit of output 8, which is on when all encoder retries have failed."""
 
 ON_FLY_PULSE_NS = 50_000
 """Output 1 is on for 50 µs at each position [Output on the fly]."""

@@ -27,7 +27,7 @@ SHORT_MOVE_STEPS = 256
 
 
 class Kind(Enum):
-    """What an instruction does."""
+    """Function of an instruction."""
 
     SET = "set"  # writes a parameter
     READ = "read"  # returns a value

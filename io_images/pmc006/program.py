@@ -173,7 +173,7 @@ def _number(name: str, field: str, word: str) -> int:
 
 
 def _warnings(number: int, line: UserInstruction) -> list[str]:
-    """Return a warning if data that the module takes is outside of the manual's table."""
+    """Return a warning if data that the module accepts is outside of the manual's table."""
     usual = USER_OPS[line.op].usual
     if usual is None or usual[0] <= line.data <= usual[1]:
         return []

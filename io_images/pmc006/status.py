@@ -31,7 +31,7 @@ class Status2(IntFlag):
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text and as a number, since its encoding is a reading.
+    """Return the firmware version as text and as a number, because its encoding is an interpretation.
 
     >>> firmware_text(0x0001_0000)
     'V0.1.0 (00010000h)'

@@ -114,7 +114,7 @@ class _Damage(NamedTuple):
 
 
 def _same_speed(blocks: Sequence[Image]) -> _Damage:
-    """Return the damage that gives the last segment the speed of the one before."""
+    """Return the damage that gives the last segment the speed of the previous segment."""
     return _Damage(-1, {4: blocks[-2][4], 5: blocks[-2][5]})
 
 

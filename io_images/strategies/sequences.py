@@ -147,7 +147,7 @@ def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.Searc
 def sequences(
     starting_speed: int = 1000, firmware: Firmware = KNOWN[-1], *, most: int = 10
 ) -> st.SearchStrategy[list[Act]]:
-    """Return a strategy of whole sequences: the configuration, then at most `most` acts, 1 to 99."""
+    """Return a strategy of whole sequences: the configuration, then at most `most` acts (1 to 99)."""
     require("most", most, 1, 99)
     configuration = configuring(starting_speed)
     return st.lists(acts(starting_speed, firmware), min_size=1, max_size=most).map(
@@ -264,7 +264,7 @@ def _presets() -> st.SearchStrategy[Act]:
 def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
     """Return a strategy of blends of two segments that are long enough for their ramps.
 
-    A ramp takes v * v / 2a steps at 1000 steps/ms/s, and twice that with an S-curve.
+    A ramp takes v * v / 2a steps at 1000 steps/ms/s, and twice as many with an S-curve.
     """
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:

@@ -56,7 +56,7 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 
 def _writes() -> st.SearchStrategy[bytes]:
-    """Return a strategy of writes to registers, without commands, behavior selectors and the address."""
+    """Return a strategy of register writes, except for commands, behavior selectors and the address."""
     harmless_rows = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
     writable_rows = [row for row in harmless_rows if row.high > 1]
 
@@ -89,7 +89,7 @@ def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
     rows = [row for row in INSTRUCTIONS if row.kind is not Kind.ACTION]
 
     def frames(row: InstructionRow) -> st.SearchStrategy[bytes]:
-        """Return a strategy of frames of one instruction, with every allowed value if it takes one."""
+        """Return a strategy of frames of one instruction, with every allowed value, if any."""
         if row.values:
             data: st.SearchStrategy[int] = st.sampled_from(row.values)
         elif row.kind is Kind.READ or row.low is None or row.high is None:

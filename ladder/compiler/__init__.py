@@ -1,7 +1,7 @@
 """The compiler: one Python function per routine.
 
 Memory cells become local variables of the function, so that a tag is as fast as a variable. The compiler
-decides addresses, widths, ranges and which conversions can overflow. The rung condition is a Python
+determines addresses, widths, ranges, and the conversions that can overflow. The rung condition is a Python
 expression, stored in a variable only if it is used more than once. The functions have the line numbers of the
 rungs' file, so that an error in a scan refers to it.
 """
@@ -29,7 +29,7 @@ __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "s
 
 
 FUNCTIONS_KEPT = 256
-"""Maximum functions with cached code; most are unchanged by an edit, and programs share libraries."""
+"""Maximum functions with cached code; an edit leaves most unchanged, and programs share libraries."""
 
 
 def source_of(lowered: LoweredProgram) -> str:
@@ -95,7 +95,7 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
     assert engine.scheduler is not None
 
     def run(name: str, at_ns: int) -> None:
-        """Run a routine at a moment of the scan; then the engine has the scan's time again."""
+        """Run a routine at a time within the scan, then restore the engine's scan time."""
         scan_ns, engine.now_ns = engine.now_ns, at_ns
         function = functions.get(name)
         try:
@@ -120,7 +120,7 @@ def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) 
 
 
 def _compiled(source: str | ast.Module, lines: Sequence[int], file: str) -> CodeType:
-    """Return the code of the function inside `program`, with its own line numbers; refuse one too large."""
+    """Return the code of the function inside `program`, with its line numbers; may raise a LadderError."""
     try:
         module = compile(source, file, "exec")
     except (MemoryError, RecursionError):
@@ -132,5 +132,5 @@ _cached = lru_cache(FUNCTIONS_KEPT)(_compiled)
 
 
 def _inner_code(code: CodeType) -> CodeType:
-    """Return the code of the only function that is defined in a code."""
+    """Return the code of the only function that a code object defines."""
     return next(constant for constant in code.co_consts if isinstance(constant, CodeType))

@@ -28,7 +28,7 @@ class _AlarmText(MemberText):
         return request
 
     def switch(self, set_request: str, clear_request: str, state: str) -> None:
-        """Write a state with requests that set and clear it."""
+        """Write code that sets and clears a state on request."""
         with self.block(f"if {self[f'Prog{clear_request}']} or {self[f'Oper{clear_request}']}:"):
             self.set(**{state: False})
         with self.block(f"elif {self[f'Prog{set_request}']} or {self[f'Oper{set_request}']}:"):
@@ -36,7 +36,7 @@ class _AlarmText(MemberText):
         self.set(**{f"Oper{set_request}": False, f"Oper{clear_request}": False})
 
     def lasts(self, active: str) -> str:
-        """Write the timing of a condition; return a variable that is true if it lasted long enough."""
+        """Write the timing of a condition; return a variable that is true after it lasted long enough."""
         flag = self.keep("False")
         with self.block(f"if {active}:"):
             with self.block(f"if not {self['~active']}:"):
@@ -107,9 +107,10 @@ def write_alma(rungs: RungWriter, power: str, group: Group, source: Resolved, *o
 
 
 def _write_limits(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
-    """Write the alarms of the four levels; one begins after MinDurationPRE beyond any of the limits.
+    """Write the alarms of the four levels; an alarm begins after MinDurationPRE beyond any of the limits.
 
-    While any level is in alarm, another one begins at once. Each ends inside its limit by the deadband.
+    While any level is in alarm, the alarm of another level begins at once. An alarm ends when the value is
+    inside its limit by the deadband.
     """
     beyond = {}
     for name in ALARM_LEVELS:
@@ -136,7 +137,7 @@ def _write_level(alarm: _AlarmText, name: str, in_alarm: str, acknowledged: str)
 
 
 def _write_rates(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
-    """Write the sample once per ROCPeriod, and the comparison of its rate of change."""
+    """Write code that samples the value once per ROCPeriod and compares its rate of change."""
     period = alarm.keep(alarm["ROCPeriod"])
     with alarm.block(f"if not {alarm['~sampled']}:"):
         alarm.set(**{"~sampled": True, "~sampled_ns": "now", "~sample": alarm["In"]})

@@ -11,7 +11,7 @@ from .rungs import RungWriter
 def write_gsv(
     rungs: RungWriter, _kind: str, instance: str | Place, _name: str, target: Place | Group
 ) -> None:
-    """Write GSV for a number, numbers in a list or a view, or a structure in bytes as its destination."""
+    """Write GSV whose destination is a number, numbers in a list or a view, or a structure in bytes."""
     values, line = rungs.values, rungs.writer.line
     fetched = f"fetched({values.site})"
     if isinstance(instance, Place) or (isinstance(target, Place) and target.bit is not None):
@@ -31,7 +31,7 @@ def write_gsv(
 
 
 def _write_bytes(rungs: RungWriter, target: Place | Group, fetched: str) -> None:
-    """Write GSV for a structure in bytes, which receives at most its own size; interpret any other."""
+    """Write GSV for a structure in bytes, which receives at most its size; interpret other destinations."""
     spot = rungs.writer.layout.byte_spot(target.path) if isinstance(target, Group) else None
     if spot is None:
         rungs.interpret()

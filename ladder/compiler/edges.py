@@ -1,6 +1,6 @@
-"""Instructions that act when their rung becomes true: compiled code detects it, the interpreter acts.
+"""Instructions that act when their rung becomes true: compiled code detects it, the interpreter runs them.
 
-While its rung does not change, such an instruction is therefore as fast as any other, see `Spec.partly`.
+While the rung does not change, the instruction is therefore as fast as any other, see `Spec.partly`.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction, one or more places with thresholds; power after it means that all are exceeded."""
+"""Places with thresholds for each instruction; there is power after it if all thresholds are exceeded."""
 
 
 class NoteList:
@@ -91,7 +91,7 @@ class Notes:
 
 
 def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, ...] | None:
-    """Return the noted truth of a line; None if it did not run.
+    """Return the noted power after each instruction of a line; None if the line did not run.
 
     >>> truth_of([2, True], 0, ((0, 0, ()), (0, 1, ()), (0, 2, ()), (0, 1, ((1, 0),))))
     (True, True, False, True)
@@ -160,7 +160,7 @@ def _force(ident: str, *, in_part: bool) -> str:
 
 
 def _at_position_of(line: ast.stmt, statement: ast.stmt) -> ast.stmt:
-    """Return a line with another line's source position, for error messages."""
+    """Return a line with a statement's source position, for error messages."""
     for node in ast.walk(line):
         if isinstance(node, (ast.expr, ast.stmt)):
             ast.copy_location(node, statement)

@@ -18,7 +18,7 @@ def _write_passes(
     The passes count toward the watchdog's limit; their backward jumps are counted at the end.
 
     Args:
-        mode: ALL for all elements in one scan, INC for one at each rising edge, or the number per scan.
+        mode: ALL for all elements in one scan, INC for one element per rising edge, or a number per scan.
         write_element: writes the code for the element at POS; its `break` ends the loop.
     """
     keep, line, block, site = rungs.values.keep, rungs.writer.line, rungs.writer.block, rungs.values.site

@@ -11,19 +11,19 @@ from .terms import Term
 
 
 class _LoopText(MemberText):
-    """A PID, whose bits are in CTL."""
+    """A PID with its bits in CTL."""
 
     def bit(self, name: str) -> str:
         """Return text for a bit."""
         return self[name]
 
     def set_bits(self, **texts: object) -> None:
-        """Write bits."""
+        """Write assignments to bits."""
         for name, text in texts.items():
             self._values.set_bit(self._group.member(name), str(text))
 
     def round(self, **texts: str) -> None:
-        """Write members, rounding them to REAL."""
+        """Write assignments to members, rounded to REAL."""
         self.set(**{name: f"real({text})" for name, text in texts.items()})
 
     def number(self, operand: Resolved) -> str:
@@ -31,7 +31,7 @@ class _LoopText(MemberText):
         return self.keep(self._values.term(operand, SINGLE).text)
 
     def record(self, text: str, code: int) -> None:
-        """Write a minor fault."""
+        """Write code that records a minor fault."""
         self._writer.line(f"faults.record({self._values.site}, {text!r}, {code})")
 
     def scaled(self, value: str, low: str, high: str, least: str, most: str) -> str:

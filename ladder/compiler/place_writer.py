@@ -120,7 +120,7 @@ class PlaceWriter(ABC):
         return " + ".join(map(times, texts, strides))
 
     def index(self, index: Resolved, length: int | str, tag: str) -> str:
-        """Return text for a checked subscript; a length may be a variable."""
+        """Return text for a checked subscript; the length can be a variable."""
         if isinstance(index, Constant):
             value = str(index.value)
             return value if isinstance(length, int) else f"subscript({value}, {length}, {self.site}, {tag!r})"
@@ -194,7 +194,7 @@ class PlaceWriter(ABC):
         self.writer.line(f"{target} = {changed or f'{on} if {text} else {off}'}")
 
     def byte_of(self, leaf: Leaf, subscripts: Sequence[str]) -> tuple[str, str]:
-        """Return text for the byte and mask of a BOOL; the mask may use a variable set by the byte."""
+        """Return text for the byte and mask of a BOOL; the mask may use a variable set by that text."""
         spot = self.writer.layout.spot(leaf)
         assert spot is not None
         fixed, bit_terms = spot.part.offset, list[str]()

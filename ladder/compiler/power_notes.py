@@ -19,7 +19,7 @@
     power after    XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
     is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
 
-The last line is the rung's `Reading`: notes are read on demand. A rung that may leave its routine, and a line
+The last line is the rung's `Reading`: notes are read on demand. A rung that can leave its routine, and a line
 of structured text, store the power as a tuple in their first place.
 """
 
@@ -92,7 +92,7 @@ class NotedRung:
     def _step(self, step: LoweredStep, power: str) -> str:
         """Write an instruction and add its power; return the variable with the power after it.
 
-        The power so far is noted first if the instruction may leave the routine.
+        The power so far is noted first if the instruction can leave the routine.
         """
         if step.spec.leaves:
             self._note_tuple()
@@ -105,7 +105,7 @@ class NotedRung:
         self._powers += [(*self._guards, self._power_as_above.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
-        """Write a run of inputs as one variable, the number passed; return the power after them."""
+        """Write a run of inputs as one variable, the number of inputs passed; return the power after them."""
         first, *tests_after = (self._rungs.inline(step) for step in run)
         tests = [both(power, first), *tests_after]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
@@ -175,7 +175,7 @@ class NotedRung:
 
 
 def _condition_text(name: str, threshold: int) -> str:
-    """Return text for a condition of power; without a variable, it is constant."""
+    """Return text for a condition of power; without a variable, the text is constant."""
     if not name:
         return "True" if threshold == _ALWAYS else "False"
     return f"{name} > {threshold}"

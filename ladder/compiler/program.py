@@ -87,9 +87,9 @@ def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> P
 
 
 def _function_names(lowered: LoweredProgram) -> dict[str, str]:
-    """Return the function's name for each routine in capitals, except add-on routines.
+    """Return function names by uppercase routine name, except for add-on routines.
 
-    Names of variables and other functions are avoided with underscores.
+    Underscores are added to names that variables or other functions use.
     """
     used_names = set(lowered.layout.idents)
     names: dict[str, str] = {}

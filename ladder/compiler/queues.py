@@ -55,7 +55,7 @@ def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
 
 
 def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: str) -> None:
-    """Write the copy of a source, a number or a structure in bytes, to an item of a queue."""
+    """Write code that copies a source (a number or a structure in bytes) to an item of a queue."""
     line, keep = rungs.writer.line, rungs.values.keep
     if has_elements(rungs, queue):
         elements = ElementText(rungs, queue)
@@ -76,7 +76,7 @@ def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: st
 
 
 def _write_level(control: ControlText) -> None:
-    """Write whether the queue is full (DN) or empty (EM)."""
+    """Write code that sets DN if the queue is full and EM if it is empty."""
     control.set(DN=f"{control['POS']} >= {control['LEN']}")
     control.set(EM=f"{control['POS']} == 0")
 

@@ -74,7 +74,7 @@ class RungWriter:
         return power if not needed or power in ends else either_of(ends)
 
     def kept(self, power: str) -> str:
-        """Return power as text that may be repeated."""
+        """Return power as text that can be repeated."""
         return power if power in ("True", "False") else self.values.keep(power)
 
     def outputs(self, nodes: Iterable[Node], power: str) -> None:
@@ -108,7 +108,7 @@ class RungWriter:
         return power
 
     def _write(self, step: LoweredStep, *power: str) -> str:
-        """Write an instruction; return an input's truth, the power after one that decides, or else ""."""
+        """Write an instruction; return an input's truth, power after a deciding instruction, or ""."""
         self.writer.instructions += 1
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
@@ -133,7 +133,7 @@ class RungWriter:
         return f"interpret({', '.join(arguments)})"
 
     def _input(self, step: LoweredStep, power: str) -> str:
-        """Write an input; return the power after it. One that needs lines is evaluated only with power."""
+        """Write an input; return the power after it. If it needs lines, it is evaluated only with power."""
         if _is_inline(step):
             return both(power, self._write(step))
         if power == "True":
@@ -166,7 +166,7 @@ def _acts_when_true(node: Node) -> bool:
 
 
 def _is_inline(node: Node, *, safe: bool = False) -> bool:
-    """Return whether a node is an input that is one expression and, with `safe`, can't fault."""
+    """Return whether a node is an input in one expression that, with `safe`, can't fault."""
     if isinstance(node, Parallel):
         return all(_is_inline(element, safe=safe) for leg in node.legs for element in leg)
     spec = node.spec

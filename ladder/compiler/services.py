@@ -59,7 +59,7 @@ class Services:
         interpreter.take(parameters_of(self._interpreted[site])[1][number : number + 1], (value,))
 
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
-        """Return an index if it is in range; fault if it is not."""
+        """Return an index that is in range; fault on any other index."""
         if not 0 <= index < length:
             self._fault_log.subscript(site, tag, index, length)
         return index
@@ -74,7 +74,7 @@ class Services:
             self._fault_log.negative_timer(site, tag, preset, accumulated)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
-        """Wrap a number to the width of the computation, then to that of the tag."""
+        """Wrap a number to the width of the computation, then to the width of the tag."""
         result = arithmetic.wrap(arithmetic.wrap(value, width), bits)
         if result != value:
             self._fault_log.overflow(site)
@@ -197,7 +197,7 @@ class Services:
 
 
 def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
-    """Return the instructions that are interpreted, and those that pass strings or structures, by site."""
+    """Return, by site, the instructions that are interpreted or that pass strings or structures."""
     return {
         step.site: step
         for step in lowered.all_steps

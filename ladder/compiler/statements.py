@@ -35,7 +35,7 @@ class StatementWriter:
     def _act(self, line: LoweredLine) -> None:
         """Write a single statement, and note whether it was true if its line is observed.
 
-        A statement that may leave the routine is noted before it acts.
+        A statement that can leave the routine is noted before it acts.
         """
         self._writer.begin(line)
         noted = self._is_noted(line)
@@ -50,7 +50,7 @@ class StatementWriter:
         return self._rungs.notes.place(line.number) is not None
 
     def _note(self, line: LoweredLine, power: str) -> None:
-        """Write the note of a line's truth, which stays true if an earlier run in the scan was true."""
+        """Write the note of a line's truth, which is also true if an earlier run in the scan was true."""
         note = self._rungs.notes.place(line.number)
         truth = "True" if power == "True" else f"{power} or {note} == (True,)"
         self._writer.line(f"{note} = ({truth},)")
@@ -128,7 +128,7 @@ class StatementWriter:
     # --- loops
 
     def _loop(self, loop: Loop) -> None:
-        """Write a loop, whose passes the watchdog counts; a test that needs lines is in its body."""
+        """Write a loop, whose passes the watchdog counts; a test that needs extra lines is in the body."""
         if loop.start is not None:
             self._act(loop.start)
         plain = loop.test is not None and self._is_one_expression(loop.test)

@@ -9,7 +9,7 @@ from ..state.tag_bytes import PUT_TEXT
 
 @dataclass(frozen=True, slots=True)
 class StringPlace:
-    """A STRING in bytes as text."""
+    """Text that reads or writes a STRING in bytes."""
 
     tag: str  # variable of the bytes
     byte: str  # text for its first byte

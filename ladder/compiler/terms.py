@@ -63,7 +63,7 @@ def times(text: str, stride: int) -> str:
 
 
 def calculates(operand: Resolved) -> bool:
-    """Return whether an operand or a subscript contains a calculation, which may need its own lines."""
+    """Return whether an operand or a subscript contains a calculation, which can need extra lines."""
     if isinstance(operand, Calculation):
         return True
     if isinstance(operand, (Place, Group)):

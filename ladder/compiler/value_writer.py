@@ -116,7 +116,7 @@ class ValueWriter(PlaceWriter):
         return Term(self.converted(term, kind, LINT.bits), real=True, double=kind is LREAL)
 
     def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
-        """Return operands as numbers; one that can fault is evaluated before later ones write lines."""
+        """Return operands as numbers; evaluate one that can fault before later operands write lines."""
         terms = []
         for position, operand in enumerate(operands, start=1):
             term = self.term(operand, width)
@@ -231,7 +231,7 @@ class ValueWriter(PlaceWriter):
     # --- comparing
 
     def comparison(self, relation: str, a: Resolved, b: Resolved) -> str:
-        """Return text for a relation."""
+        """Return text that compares two operands."""
         sign = PYTHON_RELATION[relation]
         if isinstance(a, (Group, StringConstant)):
             return f"({self.characters(a)} {sign} {self.characters(b)})"
@@ -263,5 +263,5 @@ class ValueWriter(PlaceWriter):
 
 
 def _simple(text: str) -> bool:
-    """Return whether text is a name or a number, which may be repeated without a calculation."""
+    """Return whether text is a name or a number, which can be repeated without a calculation."""
     return text.isidentifier() or text.replace(".", "").isdigit()

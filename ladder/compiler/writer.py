@@ -53,7 +53,7 @@ class Writer:
     def begin(self, line: LoweredLine) -> None:
         """Begin a rung or a line of structured text: write comment, number and text as Python comments.
 
-        The temporary variables of the previous rung or line may be reused.
+        The temporary variables of the previous rung or line can be reused.
 
         Raises:
             TooLongError: the function has too many lines.
@@ -93,7 +93,7 @@ class Writer:
         return dict(self._texts)
 
     def keep_texts(self, texts: dict[str, str]) -> None:
-        """Set what `texts` returns for the next instruction."""
+        """Set the result of `texts` for the next instruction."""
         self._texts, self._texts_of = texts, self.instructions
 
     def temporary(self) -> str:
@@ -117,7 +117,7 @@ class Writer:
         return leaf.ident
 
     def is_live(self, leaf: Leaf) -> bool:
-        """Whether a leaf is an image used directly; inputs that are only read are copied to a list."""
+        """Return whether a leaf is an image used directly; inputs that are only read are copied to a list."""
         return leaf.is_image and (leaf.output or leaf.ident in self.lowered.written_inputs)
 
     def assigned(self, leaf: Leaf) -> None:

@@ -72,7 +72,7 @@ def _scan_text(link: CauseLink) -> str:
 
 
 def _other_causes(link: CauseLink) -> str:
-    """Return the other causes with the kind and scan of the last one, as text; "" if there are none."""
+    """Return other causes of the same kind and scan as the last link, as text; "" if there are none."""
     end = link.end
     other_ends = [
         other_end

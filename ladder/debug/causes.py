@@ -1,7 +1,8 @@
 """The causes of a change: the values that the instruction read and that changed since the previous scan.
 
-Both scans run again. If all contacts in series conduct, all of them were needed, and those that changed are
-the causes. If some do not conduct, each of them is a sufficient cause. For the legs of a branch the opposite
+Both scans run again. If all contacts in series conduct, all of them were needed, and the contacts that
+changed are the causes. If some do not conduct, each of them is a sufficient cause. For the legs of a branch
+the opposite
 is true. If nothing changed, for example when a timer is done, the latest earlier change is the cause.
 """
 
@@ -41,7 +42,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class CellChange:
-    """A change of a cell, either by an instruction or from outside before the scan."""
+    """A change in a cell, either by an instruction or from outside before the scan."""
 
     scan: int
     cell: Cell
@@ -136,7 +137,7 @@ class Causes:
     # --- changes
 
     def origins(self, cells: Sequence[Cell], scan: int, order: int | None = None) -> list[CellChange]:
-        """Return the changes of cells in the latest scan that changed any of them.
+        """Return the changes in cells in the latest scan that changed any of them.
 
         Args:
             order: consider only changes before this place in the scan; None for the whole scan.
@@ -148,7 +149,7 @@ class Causes:
         return [] if last is None else list(self._changes_in(cells, last, None))
 
     def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
-        """Return the change by an EVENT instruction that made a task due, in a scan or the one before."""
+        """Return the change by an EVENT instruction that made a task due, in a scan or the previous scan."""
         for number in (scan, scan - 1):
             for write in reversed(self.execution(number).writes):
                 if write.cell.leaf is pending and write.after and write.writer is not None:
@@ -156,7 +157,7 @@ class Causes:
         return []
 
     def _changes_in(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
-        """Yield the changes of cells in a scan, or before a place in it; from outside, without a write.
+        """Yield the changes in cells in a scan, or before a place in it; a change from outside has no write.
 
         In a whole scan, a value that was changed and changed back counts as unchanged.
         """
@@ -185,7 +186,7 @@ class Causes:
         return [group for group in groups if group]
 
     def _lost_write_causes(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return what removed power from the instruction that wrote the cell in the previous scan."""
+        """Return why the instruction that wrote the cell in the previous scan lost its power."""
         writes = reversed(self.execution(scan - 1).writes) if scan else ()
         earlier = next((write.writer for write in writes if write.cell.overlaps(cell)), None)
         if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
@@ -226,7 +227,7 @@ class Causes:
     def _changed_reads(
         self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None
     ) -> Iterator[Cause]:
-        """Yield an instruction's reads whose values differ from those in the previous scan."""
+        """Yield an instruction's reads whose values have changed since the previous scan."""
         previous_run = self._previous(entry, scan)
         earlier = (
             {}
@@ -245,7 +246,7 @@ class Causes:
                 yield Cause(read, entry)
 
     def _writes_itself(self, read: Read, entry: StepRun, scan: int) -> bool:
-        """Whether an instruction writes a value that it reads, such as ACC, in this or the previous scan."""
+        """Return whether an instruction writes what it reads, such as ACC, in this or the previous scan."""
         if _is_written_member(read, entry.step):
             return True
         instruction_key = entry.number, entry.instance
@@ -285,7 +286,7 @@ class Causes:
         return _alternatives([self._node_causes(node, run, previous_run, scan) for node in blocking])
 
     def _node_causes(self, node: Node, run: LineRun, previous_run: LineRun, scan: int) -> list[list[Cause]]:
-        """Return what made a contact or a branch conduct or block, unlike in the previous scan."""
+        """Return the causes that made a contact or branch conduct or block, unlike in the previous scan."""
         if isinstance(node, LoweredStep):
             return [[cause] for cause in self._changed_reads(run.steps[id(node)], scan)]
         conducts = _truth(node, run)
@@ -301,7 +302,7 @@ class Causes:
     # --- causes if nothing differs
 
     def _latest_changes(self, entry: StepRun, scan: int, own_reads: Sequence[Read]) -> list[Cause]:
-        """Return the latest changes of the values that an instruction depends on."""
+        """Return as causes the reads of an instruction whose values changed last, in this scan or before."""
         reads = [
             (read, reader)
             for read, reader in _dependencies(entry, own_reads)
@@ -317,7 +318,7 @@ class Causes:
         return self._latest_changes_before(reads, scan)
 
     def _latest_changes_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:
-        """Return the latest changes before a scan."""
+        """Return as causes the reads whose values changed in the latest scan before that changed any."""
         cells = list(dict.fromkeys(read.cell for read, _ in reads))
         changed = {origin.cell for origin in self.origins(cells, scan - 1)}
         return [Cause(read, reader, changed=False) for read, reader in reads if read.cell in changed]
@@ -376,7 +377,7 @@ def nodes_before(entry: StepRun) -> Iterator[Node]:
 
 
 def _nodes_before(nodes: Sequence[Node], step: LoweredStep) -> Iterator[Node]:
-    """Yield the nodes in series before an instruction, including those in the branch legs around it."""
+    """Yield the nodes in series before an instruction, including nodes in the branch legs around it."""
     for node in nodes:
         if node is step:
             return
@@ -397,7 +398,7 @@ def _contains(nodes: Sequence[Node], step: LoweredStep) -> bool:
 
 
 def decides(step: LoweredStep) -> bool:
-    """Return whether an instruction may block power."""
+    """Return whether an instruction can block power."""
     return step.kind is InstructionKind.INPUT or step.spec.decides
 
 

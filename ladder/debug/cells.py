@@ -1,4 +1,4 @@
-"""Cells: single values in memory, or bits of one."""
+"""Cells: single values in memory, or bits of a value."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class Chains:
         most: maximum depth of a chain, in links, including links through modules.
         at_rest: explains inputs that have not changed.
         blocks: explains the blocks of an axis; None = no blocks.
-        run_mode: returns what preceded the first scan in run mode; "" if it is unknown.
+        run_mode: returns the event before the first scan in run mode; "" if it is unknown.
     """
 
     lowered: LoweredProgram
@@ -215,7 +215,7 @@ class Chains:
                 yield from (self.link_of(origin, name) for origin in self.causes.triggers(task.pending, scan))
 
     def _causes_of(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
-        """Yield the links of the latest changes of a value that an instruction read."""
+        """Yield the links of the latest changes in a value that an instruction read."""
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.reader.order)
             yield from (self.link_of(origin, cause.read.text) for origin in origins)

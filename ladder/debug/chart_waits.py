@@ -1,4 +1,4 @@
-"""Lists what a sequential function chart's step waits for: transitions, and the values that they read."""
+"""Lists the transitions that a step of a chart waits for, with the values that they read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .watched import shown
 
 
 def waits_of(lowered: LoweredProgram, tags: Tags, where: Place | Group) -> Iterator[str]:
-    """Yield lines about a step or its X bit: what would end an active step or start an inactive one."""
+    """Yield the conditions that would end an active step, or start an inactive step, as lines."""
     for chart in lowered.charts.values():
         for node in chart.nodes:
             if _is_of(where, node):

@@ -43,7 +43,7 @@ TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE, Use.SLC_RESETTABLE}
 """Uses that write their operand."""
 
 STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
-"""Uses whose operand may extend beyond its first element."""
+"""Uses whose operand can extend beyond its first element."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ def cross_reference(lowered: LoweredProgram) -> CrossReference:
 
 
 def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> bool:
-    """Whether two operands may share memory; with `stretch`, `b` extends beyond the named element."""
+    """Return whether two operands may share memory; with `stretch`, `b` extends beyond the named element."""
     if not _one_contains_other(a.path, b.path) or not (
         stretch or all(map(_may_be_equal, a.indices, b.indices))
     ):
@@ -223,7 +223,7 @@ def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], 
 
 
 def _without_duplicates(mentions: Iterable[Mention]) -> Iterator[Mention]:
-    """Yield mentions; outside of rungs, each text only once."""
+    """Yield mentions; outside of rungs, skip mentions with a repeated text."""
     texts: set[str] = set()
     for mention in mentions:
         if mention.site.unit == "rung" or str(mention) not in texts:

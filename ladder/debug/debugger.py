@@ -48,13 +48,13 @@ _MET: Mapping[str, Callable[[bool | None, bool], bool]] = {
     "changes": lambda before, now: before is not None and now != before,
     "executes": lambda _before, now: now,
 }
-"""Returns whether a breakpoint is met, given its rung's previous (None if unknown) and current truth."""
+"""Returns whether a breakpoint is met, given the previous (None if unknown) and current truth of its rung."""
 
 Condition = Callable[["Debugger"], Any] | str
 """A condition that ends a run: a function of the debugger, or the address of a bit."""
 
 PICTURED = 100
-"""Number of scans after a query in which the power of all rungs is noted: one second in most programs."""
+"""Number of scans after a query that note the power of all rungs: one second in most programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class Debugger:
 
     It runs compiled, applies forces, and notes the power of rungs with breakpoints. A query about a scan runs
     the scan again, see `journal`. After `truth`, the power of all rungs is noted for `PICTURED` scans. A
-    program with Python routines is always interpreted, because those routines may have their own state.
+    program with Python routines is always interpreted, because these routines can have their own state.
     Breakpoints stop the program after a scan; a scan always runs to its end, as in a controller.
 
     Attributes:
@@ -83,7 +83,7 @@ class Debugger:
         ran: always empty; the power of rungs shows which rungs ran.
         latest: the inputs of the latest scan; None before the first scan, or after a scan that was not
             remembered and had no external writes.
-        news: counts changes of `latest` and of forces.
+        news: number of changes to `latest` and to forces so far.
         edits: online edits, each with the number of the first scan after the edit.
         on_edit: called after each online edit.
         images: the tags as bytes; an edit replaces this object.
@@ -360,7 +360,7 @@ class Debugger:
         self._update_plain()
 
     def _evaluate_breakpoints(self) -> None:
-        """Set `stops` to the breakpoints that the latest scan met; keep its truths and values."""
+        """Set `stops` to the breakpoints that the latest scan met; remember its truths and values."""
         if not self._on_rungs and not self._on_tags:
             self.stops = ()
             return
@@ -451,7 +451,7 @@ class Debugger:
         return {name: value for name, (_place, value) in self._forces.items()}
 
     def _forced_name(self, tag: str) -> str:
-        """Return the name by which `_forces` has a tag: the address in an image, or the full name."""
+        """Return the key of a tag in `_forces`: the address in an image, or the full name."""
         return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
     def _single_place(self, tag: str) -> Place:
@@ -490,7 +490,7 @@ class Debugger:
         self._pictured = self.scans
 
     def _latest_truths(self) -> Truths:
-        """Return the power of all rungs in the latest scan, which is repeated unless it was noted.
+        """Return the power of all rungs in the latest scan; repeat the scan if its power was not noted.
 
         The power of all rungs is noted in the next `PICTURED` scans.
         """
@@ -555,7 +555,7 @@ class Debugger:
         return self._cross_reference
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last remembered change of a tag, see `Inquiry.last_change`."""
+        """Return the last remembered change in a tag, see `Inquiry.last_change`."""
         return self._inquiry.last_change(tag)
 
     def why(self, tag: str) -> str:

@@ -98,7 +98,7 @@ class StepRun:
 
     @property
     def instance(self) -> str:
-        """The instance of the add-on instruction that it belongs to, or whose parameters it copies."""
+        """Instance of the add-on instruction that the run belongs to, or whose parameters it copies."""
         return self.run.instance
 
 
@@ -146,14 +146,14 @@ class TracedMemory(WatchedMemory):
 
     @override
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
-        """Return elements; note each of them."""
+        """Return elements; record a read of each."""
         if self.noted is None:
             return super().elements(leaf, begin, count)
         return [self.read(leaf, index) for index in range(begin, begin + count)]
 
     @override
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value without noting what that reads."""
+        """Set a value without recording the reads that this causes."""
         with self.unnoted():
             super().write(leaf, index, value)
 
@@ -188,7 +188,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def scan(self, now_ns: int) -> None:
-        """Run a scan; forget the runs of the previous one."""
+        """Run a scan; forget the runs of the previous scan."""
         self._runs.clear()
         self._steps.clear()
         self._times.clear()
@@ -215,7 +215,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
-        """Run a body whose condition, in its latest run, is the innermost head of the runs."""
+        """Run a body with the latest run of its condition as the innermost condition."""
         outer = self._heads
         execution = self.execution
         if execution is not None:
@@ -284,7 +284,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def get(self, place: Place) -> Value:
-        """Return a value; the memory's note of its word becomes a read of the value or bit."""
+        """Return a value; replace the memory's note of its word with a read of the value or bit."""
         value = super().get(place)
         noted = self.memory.noted
         if noted and self._steps:
@@ -349,7 +349,7 @@ _READING_USES = frozenset({Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER,
 
 
 def _may_fault(operand: Resolved) -> bool:
-    """Return whether reading an operand may fault or note a fault."""
+    """Return whether reading an operand can fault or record a fault."""
     return (
         isinstance(operand, Calculation)
         or (isinstance(operand, Place) and operand.can_fault)

@@ -47,7 +47,7 @@ def forced_values(layout: Layout, forces: Forces) -> tuple[ForcedValue, ...]:
 
 
 def _forced_value(leaf: Leaf, index: int, force: Force) -> ForcedValue:
-    """Return a force as a forced value, whose bits and free mask fit the leaf's type."""
+    """Return a force as a forced value with bits and a free mask that fit the leaf's type."""
     mask, value = force
     if mask is None:
         return ForcedValue(leaf, index, None, value)
@@ -67,7 +67,7 @@ class ForcedList(list[Any]):
 
     @override
     def __setitem__(self, position: Any, value: Any) -> None:
-        """Set an element except its forced bits, or a slice, after which all elements are forced again."""
+        """Set an element except its forced bits, or set a slice and force all elements again."""
         if position.__class__ is int:
             forces = self.forces.get(position)
             super().__setitem__(position, value if forces is None else forces.merged(value))

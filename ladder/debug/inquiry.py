@@ -32,7 +32,7 @@ class Inquiry:
         self._resolver = Resolver(engine.lowered.layout)
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last remembered change of a tag between scans; None if there is none."""
+        """Return the last remembered change in a tag between scans; None if there is none."""
         operand = self._resolver.named(tag)
         scan = self._past.last_change_of(cells_of(operand), self._latest)
         if scan is None and is_counted(operand):  # ACC changes in most scans; the bits matter more

@@ -1,7 +1,8 @@
 """Finds the false contacts that kept an instruction from acting in a scan, and the values they read.
 
-An instruction lacks all false contacts in series with it; in a branch, it lacks those of the leg with the
-fewest. A statement lacks the first false condition around it. An expression lacks the parts that keep it
+An instruction lacks all false contacts in series with it. In a branch, only the false contacts of the leg
+with the fewest count. A statement lacks the first false condition around it. An expression lacks the parts
+that keep it
 false.
 """
 

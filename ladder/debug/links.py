@@ -93,7 +93,7 @@ class CauseLink:
 
     @property
     def path(self) -> tuple[CauseLink, ...]:
-        """The links from the value to its cause; each leads to an outranking cause, or else the latest.
+        """The links from the value to its cause; each leads to an outranking cause, or else to the latest.
 
         The links of a cyclic machine repeat. Repeated links are omitted if the chain reaches the start of the
         cycles. If it does not, the path ends with the first repeated link, of kind "round".
@@ -127,7 +127,7 @@ class CauseLink:
 
     @property
     def _key(self) -> tuple[object, ...]:
-        """What a repeated link in a path has in common with the first one: name, value, place and kind."""
+        """The fields that identify a repeated link in a path: name, value, place and kind."""
         site = self.site
         place = None if site is None else (site.routine, site.rung, site.file, site.line)
         return self.name, self.value, place, self.kind

@@ -79,7 +79,7 @@ class Never:
         return chain or self._writers_link(cell, name, value, visited)
 
     def _read_link(self, read: Read, visited: tuple[Cell, ...]) -> CauseLink:
-        """Return the link of a value that was read: of its change, or of the reason why it has none."""
+        """Return the link of a value that was read: its change, or the reason why it never changed."""
         cell, name = read.cell, read.text
         origins = self.causes.origins([cell], self.scan)
         if not origins:
@@ -125,7 +125,7 @@ class Never:
         )  # fmt: skip
 
     def _is_setting(self, read: Read) -> bool:
-        """Return whether a value is of a tag that no instruction writes and that never changed."""
+        """Return whether a value belongs to a tag that no instruction writes and that never changed."""
         cell = read.cell
         return (
             cell.leaf.slot is None and not self._writers(cell) and not self.causes.origins([cell], self.scan)
@@ -212,7 +212,7 @@ class Never:
         """Return the instruction that lacks the fewest values in the scan.
 
         An instruction that lacks a value from the chain itself explains nothing, so it is returned only if
-        all instructions lack such a value.
+        all instructions lack a value from the chain.
         """
         lacks = [(writer, self._lack(writer)) for writer in writers]
         explaining = [
@@ -245,7 +245,7 @@ class Never:
         return best
 
     def _unwritten_link(self, name: str, value: Value) -> CauseLink:
-        """Return the link of a value that nothing writes: the operator's bit, or a number as a setting."""
+        """Return the link of a value that nothing writes: an operator bit or a number as a setting."""
         if isinstance(value, bool):
             return self._root(
                 "operator",
@@ -273,7 +273,7 @@ class Never:
 
 
 def _could_change(mention: Mention, value: Value) -> bool:
-    """Return whether an instruction could change a value: OTL, for example, no bit that is on."""
+    """Return whether an instruction could change a value; OTL, for example, can't change a bit that is on."""
     name = mention.step.name if mention.step is not None else ""
     if not isinstance(value, bool):
         return True

@@ -24,10 +24,10 @@ MOST_TRIES = 3_000
 """Maximum number of sets to try."""
 
 MOST_CANDIDATES = 64
-"""Maximum number of inputs to try, beginning with those nearest to the tag."""
+"""Maximum number of inputs to try, beginning with the inputs nearest to the tag."""
 
 MOST_VALUES = 12
-"""Maximum number of values to try for a number, beginning with those nearest to its current value."""
+"""Maximum number of values to try for a number, beginning with the values nearest to the current one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +157,7 @@ def of_input(tag: str, requested: Value, terminal: str | None) -> Remedies:
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]
-"""Runs scans with changed inputs; returns how many scans it took until the tag had the value, or None."""
+"""Runs scans with changed inputs; returns the number of scans until the tag had the value, or None."""
 
 
 @dataclass(slots=True)

@@ -150,7 +150,7 @@ class Replayer:
         return None
 
     def looked_back(self, end: int) -> int:
-        """Return the number of the last scan before those that `last_change` searches for this end."""
+        """Return the number of the last scan before the scans that `last_change` searches."""
         return min(islice(self.source.snapshots(end), self._stretches), default=end + 1) - 1
 
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:

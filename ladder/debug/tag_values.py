@@ -65,7 +65,7 @@ class TagValues:
         return self.matching(str(address)) if str(address) != plain else self._matching_address(address)
 
     def _matching_address(self, address: Address) -> list[TagValue]:
-        """Return the values at an address; an alias stands for its target, and a bit for its word."""
+        """Return the values at an address: for an alias, at its target; for a bit, the whole word."""
         layout, resolver = self._layout, Resolver(self._layout)
         declaration = layout.declarations.get(address.name.upper())
         if isinstance(declaration, Alias) and not declaration.type:
@@ -181,7 +181,7 @@ def _alias_values(
 
 
 def _value_at(layout: Layout, name: str, place: Place) -> TagValue:
-    """Return the value of a place with fixed subscripts, which may be a bit."""
+    """Return the value of a place with fixed subscripts; the place can be a bit."""
     index = place.fixed_index
     assert index is not None
     if isinstance(place.bit, Constant):
@@ -199,17 +199,17 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
 
 
 def source_of(layout: Layout, place: Place) -> str:
-    """Return the expression that reads a place with fixed subscripts, which may be in an image."""
+    """Return the expression that reads a place with fixed subscripts; the place can be in an image."""
     return _value_at(layout, place.text, place).source
 
 
 def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
-    """Return an element of a leaf, or with a `length` an array of that many, from `start`."""
+    """Return an element of a leaf, or with a `length` an array of that many elements, from `start`."""
     return TagValue(_array_name(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
 
 
 def _string_value(layout: Layout, path: str, name: str, index: int) -> TagValue:
-    """Return a string, whose source is its length and its characters."""
+    """Return a string; its source reads the length and the characters."""
     data = layout.leaf(f"{path}.DATA")
     capacity = data.dims[-1]
     characters = _source(layout, data, index * capacity, capacity).removeprefix("*")

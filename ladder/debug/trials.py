@@ -64,7 +64,7 @@ class Trials:
         return remedies if remedies.found or not reported else search.among([*unreported, *reported])
 
     def _begin(self) -> None:
-        """Keep the program's state, inputs and scan period, with which every try begins."""
+        """Save the program's state, inputs and scan period; every try begins with them."""
         memory, last = self.live.memory, self.live.scans - 1
         self._values = snapshot(memory)
         self._images = [bytes(memory.cells[leaf.ident].cell_contents) for leaf in self.past.images]
@@ -73,7 +73,7 @@ class Trials:
             self._period_ns = self.live.now_ns - previous.now_ns
 
     def _try(self, changes: Sequence[InputChange], cell: Cell, requested: Value) -> int | None:
-        """Run scans with changed inputs; return how many it took until a cell had a value, or None."""
+        """Run scans with changed inputs; return the number of scans until a cell had a value, or None."""
         engine = self.past.engine
         engine.hold({})
         restore(engine.memory, self._values)
@@ -100,7 +100,7 @@ class Trials:
         return None
 
     def _set(self, change: InputChange) -> None:
-        """Set a tag, or a bit of one, in the copy."""
+        """Set a tag, or a bit of a tag, in the copy."""
         memory, cell = self.past.engine.memory, change.cell
         if cell.mask is None:
             memory.write(cell.leaf, cell.index, change.value)
@@ -189,7 +189,7 @@ FARTHEST = 1e6
 
 
 def _numbers(operands: Iterable[Any]) -> Iterator[float]:
-    """Yield the constants in operands, including those in calculations."""
+    """Yield the constants in operands, including constants in calculations."""
     for operand in operands:
         if isinstance(operand, Constant):
             yield operand.value

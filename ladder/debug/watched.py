@@ -164,7 +164,7 @@ class WatchedInterpreter(Interpreter):
 
     @override
     def scan(self, now_ns: int) -> None:
-        """Run a scan, without what was recorded in the previous one."""
+        """Run a scan after clearing the records of the previous scan."""
         self.truths.clear()
         self.running.clear()
         self.heads.clear()
@@ -192,7 +192,7 @@ class WatchedInterpreter(Interpreter):
             self.mode = outer
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
-        """Run a routine with its own conditions, and recorded even while parameters are copied."""
+        """Run a routine with its own conditions; record it even while parameters are copied."""
         self._routines.append(routine.name.upper())
         silent, self._silent = self._silent, 0
         heads, self.heads = self.heads, []
@@ -233,7 +233,7 @@ class WatchedInterpreter(Interpreter):
             self.heads.pop()
 
     def _step(self, step: LoweredStep, power: bool) -> bool:
-        """Run an instruction; record its power, what it read, and whether it blocked power."""
+        """Run an instruction; record its power, its reads, and whether it blocked power."""
         if self._silent:
             return super()._step(step, power)
         self.power = power

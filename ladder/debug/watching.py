@@ -108,7 +108,7 @@ class WatchedEngine(Engine):
         return position is not None and bool(self._notes) and self._notes[position] is not None
 
     def true_at_end(self, key: LineKey) -> bool:
-        """Return whether a noted line was true at its end in the latest scan, which was compiled."""
+        """Return whether a noted line was true at its end in the latest scan, which ran compiled."""
         position = self._positions.get(key)
         if position is None or not self._notes:
             return False

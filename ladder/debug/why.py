@@ -16,12 +16,12 @@ from .watched import Change, shown
 
 
 def changes_of(history: Iterable[Change], operand: Place | Group) -> list[Change]:
-    """Return the changes of a place or of parts of a group, oldest first, without hidden members."""
+    """Return the changes in a place or in parts of a group, oldest first, without hidden members."""
     return [change for change in history if HIDDEN not in change.leaf.path and _concerns(change, operand)]
 
 
 def most_relevant(changes: Sequence[Change], operand: Place | Group) -> Change | None:
-    """Return the most relevant change: the last, or a timer's or counter's last of a status bit."""
+    """Return the most relevant change: the last one; for a timer or counter, the last one in a status bit."""
     bits = [change for change in changes if change.leaf.type.is_bool] if is_counted(operand) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
@@ -36,7 +36,7 @@ def state_of(operand: Place | Group, value: object) -> str:
 
 
 def _concerns(change: Change, operand: Place | Group) -> bool:
-    """Return whether a change is of a group's element, or changes the value or bit of a place."""
+    """Return whether a change is in a group's element, or in the value or bit of a place."""
     if isinstance(operand, Group):
         leaf = change.leaf
         changed = Place(leaf, (), None, leaf.path)
@@ -100,7 +100,7 @@ def explain_cause(lowered: LoweredProgram, change: Change) -> str:
 
 
 def _statement_lines(change: Change, head: str) -> Iterator[str]:
-    """Yield a line with the values that a statement read, and one for each condition around it."""
+    """Yield a line with the values that a statement read, and a line for each condition around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
     yield f"{head}, with {values}" if values else head
     yield from (f"  inside of {outer}" for outer in reversed(change.inside))

@@ -1,7 +1,7 @@
 """Describes current block states in words: `moving to 6,000` instead of a box of parameters.
 
 A block has a row for each state. The condition of a row is a BOOL or `POWER`, and the page shows the first
-row with a condition that is on. `.ACC` is a member of the first operand, `Axis.Position` is a member of the
+row whose condition is on. `.ACC` is a member of the first operand, `Axis.Position` is a member of the
 operand captioned Axis, and `2` is the third operand. A row with a missing reference is omitted.
 """
 
@@ -21,7 +21,7 @@ POWER = "*"
 class BlockState(NamedTuple):
     """A block's state: its condition ("" means always) and up to two lines. A number is on if it is not 0.
 
-    `{Position}` stands for a value, and `{.ACC:s}` for a value in ms that is shown in seconds. If the
+    A value replaces `{Position}`; a value in ms, shown in seconds, replaces `{.ACC:s}`. If the
     instruction has a time base, as in an SLC 500, the page uses `{.ACC:s10}` for a value in units of 10 ms.
     """
 
@@ -112,7 +112,7 @@ _REFERENCE = re.compile(r"\{([^}]+?)(:s\d*)?\}")
 
 
 class BlockTexts(NamedTuple):
-    """The states of a block, with a program's tag names; `{Out.ACC}` stands for a value."""
+    """The states of a block, with a program's tag names; a value replaces `{Out.ACC}`."""
 
     states: tuple[BlockState, ...]
 

@@ -36,7 +36,7 @@ HEAVY = dict(zip("─│┌┐└┘├┤┬┴┼", "━┃┏┓┗┛┣┫�
 """The same characters for wires with power."""
 
 HEAVY_SIGN = str.maketrans("┤├", "┨┠")
-"""Translates the characters of a contact to those of a contact with power after it."""
+"""Replaces the characters of a contact if there is power after it."""
 
 
 class _Canvas:
@@ -49,7 +49,7 @@ class _Canvas:
         self._width = width
 
     def wire(self, wire: Wire, live: bool) -> None:
-        """Add a wire, straight across or down: each cell gets the directions that lead on."""
+        """Add a horizontal or vertical wire: each cell gets the directions in which the wire continues."""
         if wire.y == wire.to_y:
             for x in range(wire.x, wire.to_x + 1):
                 self._add(x, wire.y, LEFT | RIGHT, live)
@@ -59,12 +59,12 @@ class _Canvas:
             self._add(wire.x, y, directions, live)
 
     def _add(self, x: int, y: int, directions: int, live: bool) -> None:
-        """Add directions of wires to a cell, which is live if any of its wires is."""
+        """Add directions of wires to a cell, which is live if any of its wires is live."""
         self._directions[y][x] |= directions
         self._live[y][x] |= live
 
     def corner(self, corner: Corner, live: bool) -> None:
-        """Add the end of a branch's leg, which leads to the right if it opens the leg."""
+        """Add a corner of a branch's leg: to the right if it opens the leg, otherwise to the left."""
         self._add(corner.x, corner.y, RIGHT if corner.opens else LEFT, live)
 
     def write(self, x: int, y: int, text: str) -> None:

@@ -85,7 +85,7 @@ class _Picture:
         return max(STEP_HIGH, sum(len(action_lines(action)) * LINE + 8 for action in step.actions))
 
     def _columns(self) -> list[int]:
-        """Return the left edges of the columns and the right end of the last one, in pixels."""
+        """Return the left edges of the columns and the right edge of the last one, in pixels."""
         widths = [LEAST] * self._cells.columns
         for step in self._chart.steps:
             column, _ = self._cells.steps[step.name.upper()]
@@ -99,7 +99,7 @@ class _Picture:
         return lefts
 
     def _rows(self) -> list[int]:
-        """Return the tops of the rows and the bottom end of the last one, in pixels."""
+        """Return the top edges of the rows and the bottom edge of the last one, in pixels."""
         heights = [LINE + 4] * self._cells.rows
         for step in self._chart.steps:
             _, row = self._cells.steps[step.name.upper()]
@@ -118,7 +118,7 @@ class _Picture:
     # --- elements
 
     def _tag(self, name: str, *members: str) -> str:
-        """Return the tag of a name or member, which the picture then shows; "" if there is none."""
+        """Return the tag of a name or member and add it to the picture's tags; "" if there is none."""
         tag = self._name_of(Address(name, tuple(map(MemberStep, members))))
         if tag is not None:
             self._names[tag] = None

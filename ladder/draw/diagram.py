@@ -17,7 +17,7 @@ from ..model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
 from .markup import CELL, LivePicture, attribute, cut, live_picture, plain
 
 PinTag = Callable[[str], tuple[str, bool] | None]
-"""Returns the full tag name of a single-value address, and whether it is a bit; otherwise None."""
+"""Returns the full tag name of a single-value address and whether it is a bit; None for other addresses."""
 
 STRETCH_X, STRETCH_Y = 2.0, 1.25
 PIN, HEAD, PAD, LINE = 24, 46, 10, 18

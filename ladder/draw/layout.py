@@ -96,7 +96,7 @@ class _Placer:
         return x, last
 
     def _wire(self, x: int, y: int, to_x: int, last: int) -> None:
-        """Add a horizontal wire if it has any column; it shows the power after `last`."""
+        """Add a horizontal wire if it is at least one column wide; it shows the power after `last`."""
         if to_x >= x:
             self.picture.marks.append(Wire(x, y, to_x, y, last))
 
@@ -186,6 +186,6 @@ def _leading_inputs(series: Series) -> int:
 
 
 def _is_output(instruction: Instruction) -> bool:
-    """Return whether an instruction is not an input; an unknown one counts as an output."""
+    """Return whether an instruction is not an input; an unknown instruction counts as an output."""
     spec = BY_NAME.get(instruction.name)
     return spec is None or spec.kind is not InstructionKind.INPUT

@@ -48,7 +48,7 @@ SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
 class LiveRung:
     """A rung for a page: its SVG, the number of elements, and the tags that it shows or uses.
 
-    `gaps` are the points in the SVG where an element may be inserted, in the order of the rung's text: before
+    `gaps` are the points in the SVG where an element can be inserted, in the order of the rung's text: before
     each element of a series, and after the last element.
     """
 
@@ -153,7 +153,7 @@ class _ValueRuler(Ruler):
 
     @override
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        """Return the lines of a box; lines for a block's state may stand in place of its operands."""
+        """Return the lines of a box; lines for a block's state may replace its operands."""
         texts = self._block_texts(instruction)
         if not self._operands:
             if instruction.name in SHORT and texts is not None:
@@ -175,7 +175,7 @@ class _ValueRuler(Ruler):
     def entry(
         self, instruction: Instruction, number: int, caption: str, longest: int | None
     ) -> list[BoxLine]:
-        """Return the lines of an operand; a value stands in place of a member's number, or below a tag."""
+        """Return the lines of an operand; a value replaces a member's number, or appears below a tag."""
         members = self._members(instruction)
         if number in members:
             structure, member = members[number]

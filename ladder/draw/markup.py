@@ -18,7 +18,7 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 TagName = Callable[[Address], str | None]
-"""Returns the full tag name of a single-value address; otherwise None."""
+"""Returns the full tag name of a single-value address; None for other addresses."""
 
 
 def cut(text: str, most: int) -> str:

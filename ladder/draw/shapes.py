@@ -1,4 +1,4 @@
-"""Marks as lines, curves, frames and letters. Cells are 1 by 1, centered at whole numbers; y goes down."""
+"""Marks as lines, curves, frames and letters. Cells are 1 by 1, centered at whole numbers; y points down."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def shapes_of(mark: Mark) -> Iterator[Shape]:
 
 
 def _wire(wire: Wire) -> Iterator[Shape]:
-    """Yield a wire; a horizontal one reaches to the edges of its end cells."""
+    """Yield a wire; a horizontal wire reaches the outer edges of its end cells."""
     reach = 0.5 if wire.y == wire.to_y else 0
     yield Shape(Line(wire.x - reach, wire.y, wire.to_x + reach, wire.to_y), "wire", wire.element)
 

@@ -19,7 +19,7 @@
     END_TRANSITION
     END
 
-Transitions are listed in order of priority. A condition may be `JSR(routine)` for a routine with EOT.
+Transitions are listed in order of priority. A condition can be `JSR(routine)` for a routine with EOT.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class LineReader:
     """Reads lines from the index `start` up to `end`; `specs` are the known instructions."""
 
     end_shown = "the end of the file"
-    """What messages call the end of the lines."""
+    """Name of the end of the lines in messages."""
 
     def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
         self._lines, self._line_index, self._end, self._file, self._specs = lines, start, end, file, specs

@@ -1,4 +1,4 @@
-"""Edits rungs in the text of a program file; all other lines stay as written.
+"""Edits rungs in the text of a program file; all other lines are unchanged.
 
 A rung consists of whole lines, with its comment in the lines above. A changed rung keeps its comment, and a
 deleted rung loses it.

@@ -35,10 +35,10 @@ options for all charts: CURRENT or UNTIL_FALSE (execution control), MOST_RECENT 
 DONT_SCAN, PROGRAMMATIC or AUTOMATIC (last scan of active steps). The first of each is the default.
 
 Add-on instructions come before the tags that are instances of them, see `addon`. The first routine is the
-main routine unless PROGRAM says `MAIN name`. A rung ends with a semicolon and may span several lines; `//`
+main routine unless PROGRAM has `MAIN name`. A rung ends with a semicolon and can span several lines; `//`
 starts a comment. `ROUTINE Fill ST` is a structured text routine that ends with the line END.
 
-A `.st` file may begin with the lines that precede the first ROUTINE, followed by statements.
+A `.st` file can begin with the lines that precede the first ROUTINE, followed by statements.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def program_text(program: Program | Controller) -> str:
 
 
 def _tasks_and_programs(controller: Controller) -> Iterator[str]:
-    """Yield the lines of a controller's tasks, then those of its programs."""
+    """Yield the lines of a controller's tasks, then the lines of its programs."""
     yield from map(_task_text, controller.tasks)
     for program in controller.programs:
         yield from ("", _head(program), *_declarations(program), *_routines(program), "END PROGRAM")

@@ -183,7 +183,7 @@ class Reader(LineReader):
         return match.group(1).lower()
 
     def _allowed(self) -> tuple[str, ...]:
-        """Read ALLOW lines; return what they allow."""
+        """Read ALLOW lines; return the allowed warnings."""
         allowed = []
         while (line := self._peek()) and (match := _ALLOW.fullmatch(line)):
             allowed.append(match.group(1).strip())
@@ -294,7 +294,7 @@ class Reader(LineReader):
         return max(number, bisect_right(self._starts, match.end()) - 1)
 
     def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
-        """Read a line that matches a pattern; fail with what was expected if it does not."""
+        """Read a line that matches a pattern; if it does not match, fail with the expected text."""
         line = self._peek()
         match = pattern.fullmatch(line) if line else None
         if match is None:
@@ -341,7 +341,7 @@ class Reader(LineReader):
         self._line_index += 1
 
     def _definition(self, line: str) -> bool:
-        """Read a definition of types or instructions; return whether there was one."""
+        """Read a definition of types or instructions; return whether there was a definition."""
         if match := _USE.fullmatch(line):
             self._use(match.group(1))
         elif match := _TYPE.fullmatch(line):
@@ -445,7 +445,7 @@ class Reader(LineReader):
         return tuple(map(int, lengths))
 
     def _initial(self, text: str | None, kind: DataType) -> object:
-        """Return an initial value from JSON, with the bits of numbers such as 16#FF; None without one."""
+        """Return an initial value from JSON, with the bits of numbers such as 16#FF; None without a text."""
         if text is None:
             return None
         try:
@@ -527,7 +527,7 @@ def _quoted(match: re.Match[str]) -> str:
 
 
 def _patterns(value: object, kind: DataType | None) -> object:
-    """Replace marked numbers with a radix by the values that have the same bits in the type `kind`."""
+    """Replace each marked number with the value that has the same bits in the type `kind`."""
     if isinstance(value, list):
         return [_patterns(element, kind) for element in value]
     if isinstance(value, dict):

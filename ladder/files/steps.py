@@ -44,7 +44,7 @@ _PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
 
 
 class StepsError(SiteError):
-    """A line is invalid; the message has the file, the line and what is allowed."""
+    """A line is invalid; the message has the file, the line and the allowed words."""
 
 
 class _Slot(Protocol):
@@ -193,7 +193,7 @@ def _step(line: int, text: str) -> Step:
 
 
 def _bits(names: Iterable[str]) -> tuple[frozenset[str], frozenset[str]]:
-    """Return the status bits that must be set, and those that must be clear, which have a minus."""
+    """Return the status bits that must be set, and the bits with a minus, which must be clear."""
     rise = frozenset(name for name in names if not name.startswith("-"))
     fall = frozenset(name[1:] for name in names if name.startswith("-"))
     for name in sorted(rise | fall):

@@ -9,7 +9,7 @@
 
 The head names the rack file, relative to the test file's folder, and the run time, which is 10 s by default.
 In a `.rung` file, each routine with a name that begins with `test_` is a test; tests call other routines with
-JSR. A `.st` file is a single test, named after the file. Declarations may follow the head. A test may use the
+JSR. A `.st` file is a single test, named after the file. Declarations can follow the head. A test can use the
 tags, types and instructions of the program.
 """
 

@@ -31,7 +31,7 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
 
 
 def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
-    """Write the code that does what `_run` does; return the expression for EnableOut."""
+    """Write code that does the same as `_run`; return the expression for EnableOut."""
     power = rungs.kept(power)
     _write_copies(rungs, call.inputs)
     rungs.values.set_bit(call.enable_in, power)

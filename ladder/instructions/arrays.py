@@ -4,9 +4,9 @@ FAL and FSC operate on elements beginning with POS; an expression names the elem
 
 | mode | elements |
 |---|---|
-| ALL | all in the scan in which the rung becomes true |
-| INC | one each time the rung becomes true |
-| a number | that number in each scan from then to the end, regardless of the rung |
+| ALL | all elements, in the scan when the rung becomes true |
+| INC | one element each time the rung becomes true |
+| a number | that number of elements per scan from then to the end, regardless of the rung |
 
 AVE, SRT and STD operate on one dimension of an array, beginning with the named element.
 """
@@ -77,7 +77,7 @@ def _disable(control: Control) -> None:
 def _fal(
     machine: Interpreter, power: bool, group: Group, mode: str, target: Place, expression: Resolved
 ) -> None:
-    """Assign the expression to the elements of one scan; an overflow sets ER and ends them."""
+    """Assign the expression to the elements of one scan; an overflow sets ER and ends the passes."""
     control = Control(machine, group)
 
     def assign() -> bool:
@@ -91,7 +91,7 @@ def _fal(
 
 
 def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression: Resolved) -> None:
-    """Search the elements of one scan for one that makes the expression true, which sets FD and IN."""
+    """Search the elements of one scan; the first element that makes the expression true sets FD and IN."""
     control = Control(machine, group)
     if control["FD"]:
         if not power:
@@ -121,7 +121,7 @@ def _check_dimension(array: Resolved, dimension: Constant, *_others: Resolved) -
 
 
 def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Place) -> None:
-    """Store the length of a dimension; of an InOut with one dimension, the elements left in its array."""
+    """Store the length of a dimension; for an InOut with one dimension, the elements left in its array."""
     dims = array_of(array)
     if len(dims) > 1:
         size = dims[int(dimension.value)]

@@ -34,7 +34,7 @@ def _write_ons(rungs: RungWriter, power: str, storage: Place) -> str:
 
 
 def _edge_row(name: str, instead: str, *, rising: bool) -> Spec:
-    """Return the row of OSR or OSF: its output is true for one scan when the rung becomes true or false."""
+    """Return the row of OSR or OSF; the output is true for one scan when the rung becomes true or false."""
 
     def run(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
         was_on = machine.truth(machine.get(storage))

@@ -46,7 +46,7 @@ def _increment_count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
 
 
 def _show_time(machine: Interpreter, bits: Mapping[str, Place], ns: int) -> int:
-    """Store a time in ns, set T to it in ms, and return T."""
+    """Store a time in ns, set T to the time in ms, and return T."""
     shown = wrap(ns // _MS, DINT.bits)
     _set_members(machine, bits, ns=ns, T=shown)
     return shown
@@ -67,9 +67,9 @@ def _members_of_all(chart: LoweredChart) -> Iterator[Mapping[str, Place]]:
 
 
 def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
-    """Begin a scan of the chart; return whether it goes on, which it does not while it is paused.
+    """Begin a scan of the chart; return whether it continues, which is false while the chart is paused.
 
-    A new chart activates its initial step. A step that SFR names replaces the active ones.
+    A new chart activates its initial step. A step that SFR names replaces the active steps.
     """
     state = _integer(machine, chart.state)
     if state == PAUSED:
@@ -90,7 +90,7 @@ def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
 
 
 def _write_begin(rungs: RungWriter, chart: LoweredChart) -> str:
-    """Return text for `_begin`, which is called unless the chart simply goes on."""
+    """Return text for `_begin`, which is called unless the chart simply continues."""
     state, reset = rungs.values.read(chart.state), rungs.values.read(chart.reset)
     return f"(({state} == {EXECUTING} and not {reset}) or interpret({rungs.values.site}))"
 
@@ -130,12 +130,12 @@ def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
-    """Continue a chart with its active steps and their times; if no step is active, begin the chart."""
+    """Continue a chart with its active steps and their times; without one, leave the chart to begin anew."""
     if not any(machine.get(node.bits["X"]) for node in chart.nodes):
         return
     machine.put(chart.state, RESUMED)
     for bits in _members_of_all(chart):
-        if "T" in bits and "ns" in bits:
+        if "T" in bits and "ns" in bits:  # the exact time, in ns, continues from T, in ms
             machine.put(bits["ns"], _integer(machine, bits["T"]) * _MS)
 
 
@@ -165,7 +165,7 @@ def _write_clock(rungs: RungWriter, chart: LoweredChart) -> None:
 
 
 def _activate(machine: Interpreter, node: ChartNode) -> None:
-    """Make a step active and count it; unless it is a stop, its next scan is its first."""
+    """Activate a step and count the activation; unless it is a stop, its next scan is its first."""
     _set_members(machine, node.bits, X=1)
     _increment_count(machine, node.bits)
     if not node.stop:
@@ -239,13 +239,13 @@ def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
 
 
 JUMPS = 100
-"""Number of backward jumps that a transition counts as; the watchdog allows 10,000 in a scan."""
+"""Number of backward jumps that a transition counts as; the watchdog allows 2,000 transitions per scan."""
 
 
 def _fire_transition(
     machine: Interpreter, chart: LoweredChart, transition: ChartTransition, *_read: object
 ) -> None:
-    """End the steps before a transition and begin those after it; count it for the watchdog."""
+    """End the steps before a transition and begin the steps after it; count it for the watchdog."""
     machine.fault_log.jumped_back(machine.site, JUMPS)
     for node in transition.sources:
         _leave(machine, chart, node)
@@ -356,7 +356,7 @@ def _end_action(machine: Interpreter, chart: LoweredChart, chart_action: ChartAc
 
 
 def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool) -> None:
-    """Run the last scan of an action's body, as the chart's option says."""
+    """Run the last scan of an action's body, according to the chart's option."""
     if option is LastScan.AUTOMATIC:
         machine.postscan(body)
     elif option is LastScan.PROGRAMMATIC and not pulse:

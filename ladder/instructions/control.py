@@ -54,13 +54,13 @@ def _resolve_jsr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
 
 def _input(resolver: OperandResolver, operand: Operand) -> Resolved:
     """Return an operand of a call: a structure or array to copy, or a value."""
-    is_group = isinstance(resolver.any(operand), Group)
+    is_group = isinstance(resolver.any_operand(operand), Group)
     return resolver.checked(Use.SOURCE, operand) if is_group else resolver.value(operand)
 
 
 def _output(resolver: OperandResolver, operand: Operand) -> Place | Group:
     """Return a target of a call: a structure or array to copy to, or a place."""
-    is_group = isinstance(resolver.any(operand), Group)
+    is_group = isinstance(resolver.any_operand(operand), Group)
     return resolver.checked(Use.DESTINATION, operand) if is_group else resolver.target(operand)
 
 

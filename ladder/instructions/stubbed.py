@@ -119,7 +119,7 @@ def _set_bits(machine: Interpreter, timed: TimedCall, **bits: bool) -> None:
 def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
     """Resolve an operand; None if it is neither a tag nor a number."""
     try:
-        return resolver.any(operand)
+        return resolver.any_operand(operand)
     except LadderError:
         return None
 

@@ -476,7 +476,7 @@ class Lowering:
         """See `OperandResolver`."""
         return self.lowered.stubs
 
-    def any(self, operand: Operand) -> Resolved:
+    def any_operand(self, operand: Operand) -> Resolved:
         """See `OperandResolver`."""
         return self.resolver.operand(operand)
 

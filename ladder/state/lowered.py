@@ -62,8 +62,8 @@ class OperandResolver(Protocol):
     def checked(self, use: Use, operand: Operand) -> Any:
         """Return an operand that a use accepts."""
 
-    def any(self, operand: Operand) -> Resolved:
-        """Return any operand."""
+    def any_operand(self, operand: Operand) -> Resolved:
+        """Return an operand of any kind without checking it."""
 
     def hidden(self, name: str) -> Place:
         """Return a new hidden LINT whose name has this prefix; not available in add-on instructions."""

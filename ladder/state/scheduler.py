@@ -39,8 +39,8 @@ class Scheduler:
         self._first = layout.leaf("S:FS")
         self._override = layout.leaf(OVERRIDE) if lowered.override else None
         self._flags = tuple(layout.leaf(name) for name in (*STATUS_FLAGS, OVERRIDE) if name != "S:MINOR")
-        self._continuous, self._called = schedule.continuous, schedule.called
-        self._preempting = tuple(task for task in self._called if task.task.preempt)
+        self._continuous, self._other_tasks = schedule.continuous, schedule.called
+        self._preempting = tuple(task for task in self._other_tasks if task.task.preempt)
         self._total = max(1, _rungs_of(lowered, schedule))  # rungs of the continuous task
         self._run: Run = lambda _name, _now_ns: None
         self._start_ns = self._end_ns = 0  # of the scan, which is assumed to be as long as the previous one
@@ -67,8 +67,9 @@ class Scheduler:
         previous_ns = int(self._memory.read(self._schedule.previous_scan))
         self._memory.write(self._schedule.previous_scan, 0, now_ns)
         self._start_ns, self._rungs = now_ns, 0
-        self._end_ns = now_ns + (now_ns - previous_ns if previous_ns >= 0 else 0)
-        for task in self._called:
+        length_ns = now_ns - previous_ns if previous_ns >= 0 else 0  # -1 before the first scan
+        self._end_ns = now_ns + length_ns
+        for task in self._other_tasks:
             self._run_if_due(task, now_ns)
         if self._continuous is not None:
             self._run_task(self._continuous, now_ns)

@@ -30,12 +30,15 @@ def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
 
 
 def request(unit: int, pdu: ModbusPDU) -> LineRequest:
-    """Return the frame that sends a request from `pcl601_pdus` to a unit.
+    """Return a request from `pcl601_pdus` to a unit with the size and the reader of its reply.
+
+    The unit is also set in `pdu`.
 
     >>> from scanrack.io_images.pcl601 import Code
     >>> request(1, pdus.command(Code.GO)).frame.hex(" ")
     '01 06 00 00 00 01 48 0a'
     """
     pdu.dev_id = unit
-    size = FRAME_OVERHEAD + (pdus.ID_BYTES if pdu.function_code == pdus.REPORT_ID else answer_bytes(pdu))
-    return LineRequest(frame(unit, encoded(pdu)), size, partial(_read, request=pdu, size=size))
+    reply_bytes = pdus.ID_BYTES if pdu.function_code == pdus.REPORT_ID else answer_bytes(pdu)
+    reply_size = FRAME_OVERHEAD + reply_bytes
+    return LineRequest(frame(unit, encoded(pdu)), reply_size, partial(_read, request=pdu, size=reply_size))

@@ -392,7 +392,10 @@ def _are_rungs(value: object) -> bool:
 
 
 def _is_rung(value: object) -> bool:
-    """Return whether a value is a routine, a rung number and the texts that replace that rung."""
+    """Return whether a value is a routine, a rung number and the texts that replace that rung.
+
+    Rung -1 is the place before the first rung. Without texts the rung is deleted.
+    """
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         return False
     routine, number, texts = value

@@ -39,7 +39,7 @@ class Notes(Protocol):
         """Note the latest scan; called if `must_note` is true, and after some other scans."""
 
     def send_values(self, scan: int) -> None:
-        """Send the program's values before a scan."""
+        """Send the monitor the program's present values, which are those before the next scan, `scan`."""
 
 
 class NoNotes(Notes):

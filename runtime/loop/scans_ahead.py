@@ -1,4 +1,4 @@
-"""Scans by rows: what the phases do while inputs are computed in advance (`runtime.loop.ahead`).
+"""Scans by rows: the work of each phase while inputs are computed in advance (`runtime.loop.ahead`).
 
     scan n            phase           by rows
     at n * period     input_latch     copies the scan's row into the rack's memory
@@ -14,7 +14,7 @@ If all rows are equal, a `RepeatFinder` may find that the upcoming scans repeat 
 only advance the time, without calling logic or listeners.
 
 If all listeners are `RowListener`s, they receive many scans together, with the rows as images. Otherwise, or
-while one of them needs every scan separately, each scan is passed on when it ends, which is slower.
+while one of them needs every scan separately, each scan is passed on at its end; this is slower.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .scan import LogicScan, ScanLogic
 
 _WHOLE = slice(None)
 _NO_ROWS: tuple[list[int], list[int], list[bytes]] = [], [], []
-"""The numbers, times and images of the pending scans when there are none."""
+"""Numbers, times and images of pending scans, all empty."""
 
 MOST_APART = 63
 """Maximum number of scans between two calls to a `RepeatFinder` while it finds no repeats."""
@@ -48,7 +48,7 @@ class RepeatFinder(Protocol):
 
         Args:
             scan: number of the next scan.
-            now_ns: time of the latest scan, before which the state was stored.
+            now_ns: time of the latest scan; the state was stored before that scan.
             most: maximum number to return.
         """
 
@@ -99,7 +99,7 @@ class ScansAhead:
         self._ends = True
 
     def before_new_listeners(self) -> None:
-        """End the block, and pass all scans before the present one to the present listeners."""
+        """End the block, and pass all scans before the present one to the current listeners."""
         self._ends = True
         self._pass_on(self._phases.view.number)
 
@@ -201,7 +201,7 @@ class ScansAhead:
     def _scan_one_by_one(self, scans: Iterable[tuple[bytes, bool]]) -> None:
         """Run scans by rows; each is passed on at its end.
 
-        A scan that ends the block continues with the phases that are still due. In an error, `present` is
+        A scan that ends the block continues with the phases that are still due. After an error, `present` is
         the phase that failed.
         """
         phases, memory, latch, period_ns = self._phases, self._memory, self._latch, self._period_ns
@@ -235,8 +235,8 @@ class ScansAhead:
     def _scan_at_once(self, block: Block, start: int, count: int) -> None:
         """Run `count` scans by rows from index `start`, and pass them on together.
 
-        A scan that ends the block is passed on with them if it is complete; otherwise its phases after the
-        logic run.
+        A scan that ends the block is passed on with them if it is complete. Otherwise, the phases after its
+        logic run now.
         """
         phases, view, period_ns = self._phases, self._phases.view, self._period_ns
         numbers = list(range(view.number, view.number + count))
@@ -296,4 +296,4 @@ class ScansAhead:
 
 
 LOGIC_CALLERS = (ScanPhases.logic.__code__, ScansAhead._run_logic.__code__)
-"""The functions that call the logic: while one of them is on the stack, the logic runs."""
+"""Functions that call the logic; while one of them is on the stack, the logic is running."""

@@ -50,7 +50,7 @@ def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> 
 
 @dataclass(frozen=True, slots=True)
 class Parallel(Contact):
-    """Contacts in parallel, which are closed while at least one of them is closed."""
+    """Contacts in parallel; the circuit is closed while at least one contact is closed."""
 
     contacts: tuple[Contact, ...] = ()
 

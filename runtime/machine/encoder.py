@@ -5,7 +5,7 @@
 
 The Z line is at the counts m = marker_at + n * marker_every. A step on which c reaches or passes m from
 either side makes a Z pulse: when going up from c0 to c1 if c0 < m <= c1, and when going down if c1 <= m < c0.
-Resting at m, or a step away from m, makes no pulse.
+Neither resting at m nor a step away from m makes a pulse.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class ShaftEncoder:
     def shaft_reaching(self, direction: int, counts: int) -> int:
         """Return the shaft position at which the counts reach or pass `counts`, turning in `direction`.
 
-        The counts must be ahead in that direction, and the encoder must be on the shaft.
+        `counts` must be ahead in that direction, and the shaft must turn the encoder.
         """
         shaft_counts = self.direction * counts
         if direction > 0:  # the lowest position with floor(position * ratio) >= shaft_counts

@@ -30,7 +30,7 @@ NOTHING_WIRED = MachineSpec()
 
 
 class Machine:
-    """A machine, which is at rest with its shaft at 0 when it is created.
+    """A machine; a new machine is at rest with its shaft at 0.
 
     `now_ns` never decreases between calls.
 
@@ -83,7 +83,7 @@ class Machine:
     # --- motion
 
     def depart(self, now_ns: int) -> None:
-        """Start a motion, which stops the work of stations; `follow` calls this if needed."""
+        """Start a motion and stop the work of stations; `follow` calls this method if needed."""
         self._moving = True
         self._stimuli.depart(now_ns)
         self._forget_levels()
@@ -132,7 +132,7 @@ class Machine:
         return self._stimuli.held_mask
 
     def rewire(self, bit: InputBit, switches: Sequence[Switch]) -> None:
-        """Replace an input's switches, and release the input; without switches it is de-energized."""
+        """Replace an input's switches, and release the input; an input without switches is de-energized."""
         self.before_change()
         other_switches = [switch for switch in self.spec.switches if switch.input is not bit]
         self.spec = replace(self.spec, switches=(*other_switches, *switches))
@@ -154,7 +154,7 @@ class Machine:
     def steps_to_switch(self, direction: int) -> int | None:
         """Return the motor steps, 1 or more, until a switch next changes its input, or None.
 
-        The timeline may be holding the input, which then does not show the change.
+        If the timeline is holding the input, the input does not show the change.
         """
         first_step, last_step, _ = self._switches.row(self._shaft.position)
         target = last_step + 1 if direction > 0 else first_step - 1

@@ -111,7 +111,7 @@ def refusal(owner: object, field: str, value: object, allowed: str) -> ValueErro
 
 
 def _check_whole(owner: object, field: str, minimum: int | None = None) -> None:
-    """Raise a ValueError if a field is not a whole number, or is below a minimum; True is not one."""
+    """Raise a ValueError if a field is not a whole number or is below a minimum; True is not a number."""
     value = getattr(owner, field)
     is_int = isinstance(value, int) and not isinstance(value, bool)
     if not is_int or (minimum is not None and value < minimum):
@@ -224,7 +224,7 @@ class EncoderSpec:
         counts_per_step: x4 counts per step of the shaft, more than 0; a number, or a fraction such as "4/3".
         direction: 1 counts up when the shaft turns CW, -1 counts down.
         marker_every: x4 counts between Z pulses; no Z line if omitted.
-        marker_at: count of a Z pulse.
+        marker_at: count at one of the Z pulses.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -383,8 +383,8 @@ class MachineSpec:
     def _check_wiring(self) -> None:
         """Raise a ValueError if parts contradict each other at an input.
 
-        An input has one kind of contact. A station's input has no switch. Only a fed input can be returned
-        to its source.
+        An input has one kind of contact. A station's input has no switch. A timeline entry can release an
+        input only if a switch or a station feeds it.
         """
         normally_closed = {switch.input for switch in self.switches if switch.normally_closed}
         normally_open = {switch.input for switch in self.switches if not switch.normally_closed}

@@ -69,7 +69,7 @@ class Stimuli:
         self.next_ns = self._soonest_ns()
 
     def _soonest_ns(self) -> int:
-        """Return the instant of the next timeline entry, or start or end of a pulse; FAR without one."""
+        """Return the instant of the next timeline entry, pulse start or pulse end; FAR if none is due."""
         soonest = self._entries[self._index].at_ns if self._index < len(self._entries) else FAR
         for station_work in self._works:
             soonest = min(soonest, station_work.due_ns, station_work.until_ns)
@@ -112,7 +112,7 @@ class Stimuli:
         self._act(TimelineEntry(now_ns, bit, energized))
 
     def _sentence(self, entry: TimelineEntry) -> str:
-        """Return the sentence for an entry's event."""
+        """Return the text of the event for an entry."""
         name = _INPUT_TITLES[entry.input]
         if entry.energized is None:
             return f"The {name} input follows the machine again."

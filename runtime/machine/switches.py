@@ -46,7 +46,7 @@ class SwitchTable:
 
 
 def _edges(switches: Iterable[Switch]) -> Iterable[int]:
-    """Yield the positions at which a switch may change: its first one, and the one after its last."""
+    """Yield the positions where a switch may change: its first position, and the one after its last."""
     for switch in switches:
         if switch.first is not None:
             yield switch.first

@@ -92,19 +92,19 @@ class ModuleWithMachine(Module, Protocol):
 
 @runtime_checkable
 class PredictableMachine(ModuleWithMachine, Protocol):
-    """A module that can predict its machine as long as nothing acts on it.
+    """A module that can predict its machine as long as nothing acts on the machine.
 
     If it can't predict, it returns an instant no later than the last `update`.
     """
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant until which the shaft does not enter or leave positions `first` to `last`.
+        """Return an instant before which the shaft does not enter or leave positions `first` to `last`.
 
         None means an open end.
         """
 
     def levels_calm_until_ns(self) -> int:
-        """Return the instant until which no level of the machine's inputs changes."""
+        """Return an instant before which no level of the machine's inputs changes."""
 
 
 class Trait(Enum):
@@ -119,7 +119,7 @@ class Trait(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LivePort:
-    """The real port of a kind of adapter, which it opens."""
+    """Opens an adapter of one kind on a real port."""
 
     opened: Callable[[str, int, Options], LiveModule]  # opens (port, address, options), or ValueError
     factory_address: int
@@ -200,7 +200,7 @@ class ModuleRecord:
         switches: returns (slot, switch) for each machine switch that operates one of its inputs.
         capabilities: returns the table of its refusals in Markdown; None without refusals.
         option_table: returns the class of its options, for editors; None without options.
-        round_trip_ms: longest time that it takes to answer a command, ms; 0 if it answers at once.
+        round_trip_ms: maximum time to answer a command, ms; 0 if it answers at once.
         conditions: returns the environment of a module, if it can be set while the module runs.
         states: returns the names in the environment, with their states or an example of their number.
         machine_inputs: returns the machine's inputs that are wired to the module, with the module's names for

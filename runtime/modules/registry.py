@@ -1,4 +1,4 @@
-"""The registry of modules, with scanrack's own records and those of installed packages."""
+"""The registry of modules, with the records of scanrack and of installed packages."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ class Connections:
         return request.reply(own_id)
 
     def _check(self, size: int, triad: Triad) -> None:
-        """Refuse a connection that is already open, is one too many, or has packets of a wrong size."""
+        """Refuse a connection that is already open, exceeds the limit, or has packets of a wrong size."""
         if any(connection.triad == triad for connection in self._open.values()):
             raise CipRefusedError(NO_CONNECTION, IN_USE)
         if len(self._open) >= CONNECTIONS_MOST:

@@ -64,7 +64,7 @@ _LADDERS_AT, _FILES_AT, _ROWS_AT, _ROW_BYTES, _GAP = 46, 52, 233, 10, 0x81
 
 
 class PcccRefusedError(ValueError):
-    """A command that is answered with an error status."""
+    """A refused command; the reply contains an error status."""
 
     def __init__(self, status: int, extended: int | None = None) -> None:
         super().__init__(f"STS {status:02X}h")
@@ -80,7 +80,7 @@ class Run(NamedTuple):
 
 
 class DataFile:
-    """A file: a tag's bytes in PCCC layout, which swaps the characters of texts in pairs."""
+    """A file: a tag's bytes in PCCC layout, where each pair of characters in a text is swapped."""
 
     def __init__(self, letters: str, symbol: Symbol) -> None:
         self.letters, self._symbol = letters, symbol
@@ -137,7 +137,7 @@ class DataFile:
 
 
 def _bounds(runs: list[Run]) -> tuple[int, int]:
-    """Return the first byte of the tag in runs, and the byte after the last one."""
+    """Return the first byte of the tag that the runs cover, and the byte after the last one."""
     return min(run.tag_offset for run in runs), max(run.tag_offset + run.length for run in runs)
 
 
@@ -161,7 +161,7 @@ class DataFiles:
                 self._files[number] = DataFile(letters, symbol)
 
     def execute(self, data: bytes, snapshot: TagSnapshot) -> bytes:
-        """Return the reply to a command, with its requester and number; a refusal is a status in it."""
+        """Return the reply to a command, with its requester and number; the status shows a refusal."""
         if not data or not 1 <= data[0] <= 16 or len(data) < data[0] + 4:
             raise CipRefusedError(TOO_SHORT)
         requester, command_data = data[: data[0]], data[data[0] :]
@@ -179,7 +179,7 @@ class DataFiles:
     def _command(self, command: int, request: bytes, snapshot: TagSnapshot) -> bytes:
         """Carry out a command: diagnostic status, or a read or write of a file or its directory.
 
-        Return the data of the reply, which is empty for a write.
+        Return the data of the reply; it is empty for a write.
         """
         if command == _DIAGNOSTIC and request[:1] == b"\x03":
             name = self._processor.encode("ascii", "replace")[:11].ljust(11)
@@ -237,7 +237,7 @@ class DataFiles:
     # --- the directory
 
     def _directory_part(self, start: int, size: int) -> bytes:
-        """Return bytes of the directory; a read at the field of its size may go beyond the end."""
+        """Return bytes of the directory; a read that begins at its size field may go beyond the end."""
         directory = self._directory()
         if start + size > len(directory):
             if start == _SIZE_AT:

@@ -1,4 +1,4 @@
-"""Tags by name and number, and the bytes that a path names."""
+"""Tags by name and number, and the bytes that a path refers to."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Bytes of a tag that a path names."""
+    """Bytes of a tag that a path refers to."""
 
     symbol: Symbol
     kind: Kind

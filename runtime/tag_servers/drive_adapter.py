@@ -65,7 +65,7 @@ RPI_US = (1_000, 3_200_000)
 """Minimum and maximum requested packet interval."""
 
 TO_TARGET_BYTES, TO_ORIGINATOR_BYTES = 2 + 4 + 2 * WORDS, 2 + 2 * WORDS
-"""Sizes in an open request, which include the sequence count, the run/idle header and the words."""
+"""Sizes in an open request; they include the sequence count, the run/idle header and the words."""
 
 FIRST_PACKET_NS = 10_000_000_000
 """Minimum time-out before the first packet."""
@@ -148,7 +148,7 @@ class DriveAdapter:
     # -- explicit requests ----------------------------------------------------------------------
 
     def answer(self, request: bytes, _snapshot: TagSnapshot, most: int, _depth: int = 0) -> bytes:
-        """Return the reply (service, status, data), which has at most `most` bytes."""
+        """Return the reply (service, status, data), at most `most` bytes long."""
         service = request[0] if request else 0
         try:
             return replied(service, self._serve(service, parse_path(split(request)[0])), most)

@@ -4,7 +4,7 @@
     operation  kind u8 (read, write, masked write), tag u32, offset u32, size u32; data, mask of bits to keep
     reply      version u32, now_ns u64; per operation size u32, bytes; size FFFFFFFF: refused
 
-After an edit of the program, a request from the previous version gets only the head of a reply.
+After an edit of the program, a request from the previous version gets only the header of a reply.
 """
 
 from __future__ import annotations

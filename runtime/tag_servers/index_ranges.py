@@ -98,7 +98,7 @@ def shape_of(value: Any) -> list[int]:
 
 
 def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
-    """Return the elements in ranges by their positions in memory, as runs.
+    """Return the memory positions of the elements in ranges, as runs.
 
     >>> runs(parse_ranges("1:2,0:1"), (3, 4))
     [range(4, 6), range(8, 10)]

@@ -1,4 +1,4 @@
-"""A tag in the map of coils and registers, with its values as words and bits."""
+"""A tag in the map of coils and registers; its values are words and bits."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ class MappedTag:
         return self.target.offset + begin * self.size, (end - begin) * self.size
 
     def to_words(self, data: bytes) -> list[int]:
-        """Return values as registers."""
+        """Return the registers for the bytes of values."""
         if self.size == 1:
             return [value & 0xFFFF for value in unpack(self._bytes_form(len(data)), data)]
         return self._in_word_order(unpack(f"<{len(data) // 2}H", data))
 
     def to_bytes(self, words: Sequence[int]) -> bytes:
-        """Return registers as values; refuse a value that does not fit."""
+        """Return the bytes of the values in registers; refuse a value that does not fit."""
         if self.size > 1:
             return pack(f"<{len(words)}H", *self._in_word_order(words))
         signed = self.target.kind == SINT

@@ -43,7 +43,7 @@ ATTRIBUTES_MOST = 32
 SET_LIST = 4
 
 _VENDOR, _DEVICE, _PRODUCT, _REVISION, _STATUS, _SERIAL = 1, 0x0E, 107, (33, 11), 0x3060, 0x5CA9_9ACC
-"""Identity values of a Rockwell controller, which clients look for; the product name is scanrack."""
+"""Identity values of a Rockwell controller, because clients check them; the product name is scanrack."""
 
 EPOCH = datetime(1970, 1, 1)
 _CONTROLLER = (_VENDOR, _DEVICE, _PRODUCT, *_REVISION)
@@ -235,7 +235,7 @@ def answer_template(database: Database, service: int, path: Path, data: bytes, m
 
 
 def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
-    """Answer a request to the wall clock, which shows virtual time since 1970."""
+    """Answer a request to the wall clock; it shows virtual time since 1970."""
     if service == SET_LIST:
         raise CipRefusedError(NOT_SETTABLE)
     micros = snapshot.now_ns // 1000
@@ -249,7 +249,7 @@ def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) ->
 
 
 def answer_changes(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
-    """Answer a request to the change counters, which count program edits."""
+    """Answer a request to the change counters; they count program edits."""
     edits = struct.pack("<I", snapshot.version)
     values = {1: struct.pack("<H", 1), 2: edits[:2], 3: edits, 4: edits, 10: edits}
     return answer_attributes(service, data, values, most)

@@ -13,7 +13,7 @@ A request is carried out at one instant, or refused as a whole:
 
 | exception | reason |
 |---|---|
-| 01h | another function |
+| 01h | an unsupported function |
 | 02h | an address without a tag, a write of half a value, or a write to a read-only tag |
 | 03h | a count or a value that is not allowed |
 | 04h | the program rejects the value |
@@ -184,7 +184,7 @@ class RegisterMap:
         return rows
 
     def _rows_at(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
-        """Return the rows at addresses, each with its first coil or register and the number of them."""
+        """Return the rows at addresses, each with its first coil or register and their count."""
         cells, filled_to, rows = self._cells[table], self._filled_to[table], []
         address, end_address = first, first + count
         while address < end_address:
@@ -198,7 +198,7 @@ class RegisterMap:
 
 
 def _confirmation(request: ModbusPDU) -> ModbusPDU:
-    """Return the reply to a write, which is the request for one value, or address and count for several."""
+    """Return the reply to a write: the request for one value, or address and count for several values."""
     replies = {0x0F: bits.WriteMultipleCoilsResponse, 0x10: words.WriteMultipleRegistersResponse}
     make_reply = replies.get(request.function_code)
     return request if make_reply is None else make_reply(address=request.address, count=request.count)

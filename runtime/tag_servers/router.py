@@ -103,7 +103,7 @@ class Router:
         }
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
-        """Return the reply (service, status, data), which has at most `most` bytes."""
+        """Return the reply (service, status, data), at most `most` bytes long."""
         service = request[0] if request else 0
         try:
             path_bytes, data = split(request)
@@ -154,7 +154,7 @@ class Router:
         raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
 
     def _answer_batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
-        """Return the replies of a batch; each reply leaves room to refuse the requests after it."""
+        """Return the replies of a batch; each reply leaves space to refuse the requests after it."""
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
         (request_count,) = struct.unpack_from("<H", data)

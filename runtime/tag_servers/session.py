@@ -64,7 +64,7 @@ class Objects(Protocol):
         """All attributes of the identity object."""
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
-        """Return the reply (service, status, data), which has at most `most` bytes."""
+        """Return the reply (service, status, data), at most `most` bytes long."""
 
 
 class ClientSession:

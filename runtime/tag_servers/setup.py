@@ -20,7 +20,7 @@ from .tag_snapshot import Instant, Plan, TagSnapshot
 from .ua_security import UaSecurity
 
 ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
-"""The protocols, by their names in `--server`."""
+"""The names of the protocols in `--server`."""
 
 
 @dataclass(frozen=True, slots=True)

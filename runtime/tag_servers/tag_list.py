@@ -1,4 +1,4 @@
-"""The list of tags for HMI projects, which has each value with its type and its address in every protocol.
+"""The list of tags for HMI projects: each value with its type and its address in every protocol.
 
 name         type  access      Modbus              OPC UA              EtherNet/IP
 HmiLength    DINT  read/write  holding register 0  ns=2;s=HmiLength    HmiLength
@@ -52,7 +52,7 @@ class TagRow:
         writable: whether clients may write the tag.
         description: comment of the tag.
         node: identifier of its OPC UA node; "" for a tag without a node.
-        enip: its EtherNet/IP name, which is an address in a program with data files.
+        enip: its EtherNet/IP name; in a program with data files, this is an address.
         in_files: whether `enip` is an address in a data file.
         modbus: its addresses in the map of the rack file, as `coil 0`.
     """
@@ -74,7 +74,7 @@ class TagRow:
 
     @property
     def access(self) -> str:
-        """Access of clients, which is `read/write` or `read only`."""
+        """Client access, `read/write` or `read only`."""
         return "read/write" if self.writable else "read only"
 
     def elements(self) -> Iterator[TagRow]:
@@ -127,7 +127,7 @@ def _variable_row(variable: Variable, database: Database, comment: str, addresse
 
 
 def _alias_row(symbol: Symbol, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
-    """Return the row of an alias, which has no OPC UA node, because browsers show a tag once."""
+    """Return the row of an alias; it has no OPC UA node, because browsers show a tag once."""
     tag = symbol.tag
     writable = database.may_write(target.tag, target.name, target.kind)
     comment = tag.comment or f"alias of {_text_of(symbol.target)}"
@@ -144,7 +144,7 @@ def _alias_row(symbol: Symbol, target: Target, database: Database, addresses: Ma
 
 
 def _part_row(tag_name: str, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
-    """Return the row of a part of a tag, such as a bit, which only the Modbus map names."""
+    """Return the row of part of a tag, such as a bit, that only the Modbus map names."""
     writable = database.may_write(target.tag, target.name, target.kind)
     dims = (target.count,) if target.count > 1 else ()
     return TagRow(
@@ -225,7 +225,7 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
 
 
 def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> str:
-    """Return the tables as text of a rack file; a Modbus table without entries is left out."""
+    """Return the tables as text of a rack file; a Modbus table without entries is omitted."""
     pattern_list = ", ".join(f'"{pattern}"' for pattern in patterns)
     lines = ["[server]", f"writable = [{pattern_list}]    # tags that clients may write"]
     lines += ["", "[server.modbus]"]

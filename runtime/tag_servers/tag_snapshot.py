@@ -10,7 +10,7 @@ from scanrack.io_images.enip.codes import BAD_VALUE, CipRefusedError
 
 
 class BrokenClientError(ValueError):
-    """A protocol violation, or the end of a session, which ends the connection."""
+    """A protocol violation or the end of a session; either one ends the connection."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class TagSnapshot(Protocol):
         """Return bytes of a tag."""
 
     def write(self, change: WriteBytes) -> None:
-        """Write bytes; refuse them if the rack does."""
+        """Write bytes; refuse the write if the rack refuses it."""
 
 
 class Plan(TagSnapshot):

@@ -53,7 +53,7 @@ class UaSecurity:
     trusted: frozenset[bytes] | None = field(default=None, repr=False)
 
     def accepts(self, user: str | None, password: str | None) -> bool:
-        """Return whether a user may log in with a password; an unknown user takes as long to check.
+        """Return whether a user may log in with a password; for an unknown user, the check takes as long.
 
         >>> security = UaSecurity(b"", "", b"", users_of("ann:secret:1"))
         >>> security.accepts("ann", "secret:1"), security.accepts("ann", "")
@@ -86,7 +86,7 @@ def users_of(text: str) -> dict[str, bytes]:
 
 
 def _user_in(line: str, number: int) -> tuple[str, str]:
-    """Return the name and password in a line; raise ValueError, with its number, for another line."""
+    """Return the name and password in a line; raise ValueError, with the line number, for any other line."""
     name, _, password = line.partition(":")
     if not (name and password):
         raise ValueError(f"line {number}: must be name:password")

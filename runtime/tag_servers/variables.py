@@ -111,7 +111,7 @@ class Variable:
         return WriteBytes(self.tag, self.offset, self._bytes_of(values))
 
     def part_to(self, ranges: Sequence[range], value: Any, data: bytes) -> list[WriteBytes]:
-        """Return the operations that write a part, which is elements of an array or characters of texts.
+        """Return the operations that write a part: array elements, or characters of texts.
 
         Args:
             ranges: the ranges of the part; see `index_ranges`.
@@ -145,7 +145,7 @@ class Variable:
         return bits_to_write(self.tag, 8 * self.offset + (self.bit or 0) + first, values)
 
     def _write_of_characters(self, number: int, characters: range, value: Any, data: bytes) -> WriteBytes:
-        """Return the operation that writes characters of a text, whose length does not change."""
+        """Return the operation that writes characters of a text; the text's length does not change."""
         kind = self.kind
         assert isinstance(kind, StructuredKind)
         present = _text_in(kind, data[number * kind.size : (number + 1) * kind.size])
@@ -285,12 +285,12 @@ class _Location:
 
 
 def _is_text(kind: StructuredKind) -> bool:
-    """Whether a structure consists of LEN and DATA."""
+    """Return whether a structure consists of LEN and DATA."""
     return list(kind.by_name) == ["LEN", "DATA"] and kind.by_name["DATA"].kind.size == 1
 
 
 def _text_in(kind: StructuredKind, data: bytes) -> str:
-    """Return the text in the bytes of a structure, as long as LEN says and DATA allows."""
+    """Return the text in the bytes of a structure; its length is LEN, but at most the size of DATA."""
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
     stated_length = int.from_bytes(
         data[length.offset : length.offset + length.kind.size], "little", signed=True

@@ -30,7 +30,7 @@ __all__ = ["COMMANDS", "GROUPS", "build", "main"]
 
 @cache
 def build() -> typer.Typer:
-    """Build and return the command-line application, which has no state."""
+    """Build and return the command-line application; it has no state."""
     from .application import application
 
     return application()

@@ -38,7 +38,7 @@ class Lazy(TyperGroup):
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the options that may precede the command, or none if the command comes first.
 
-        Typer imports pydantic to check even their defaults, which takes a third of the time of `run --help`.
+        To check even their defaults, Typer imports pydantic, a third of the time of `run --help`.
         """
         return [] if self._command_first else super().get_params(ctx)
 
@@ -127,7 +127,7 @@ REPLACEMENTS = (
 
 
 INTENDED = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
-"""Options that people look for under another name, by command and that name."""
+"""The correct option for each wrong name that users try, by command and wrong name."""
 
 
 def _reworded(text: str) -> str:

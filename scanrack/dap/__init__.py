@@ -10,7 +10,7 @@
 | `adapter` | a session with a client, and its current position |
 | `starting`, `setting`, `moving`, `looking` | handlers of requests |
 | `subject`, `live`, `recorded` | scans by number, of a running rack or of a recording |
-| `text_subject`, `capture` | the same for a program without rungs, which is run again |
+| `text_subject`, `capture` | the same for a program without rungs; the program is run again |
 | `executed_scan`, `cursor` | a scan as it was executed, and a place in it |
 | `breakpoints`, `conditions` | checks for breakpoints after each scan |
 | `together` | breakpoints that editor and page share |

@@ -1,4 +1,4 @@
-"""The adapter, which answers requests and keeps the client's current position.
+"""The adapter: it answers requests and keeps the client's current position.
 
     client  --request-->  requests.py, a table  -->  a function of the adapter  --response-->
             <--event----  stopped, continued, output, breakpoint
@@ -28,7 +28,7 @@ from .view import Tree, View
 from .wire import MalformedMessageError, Wire
 
 THREAD = 1
-"""Id of the only thread, which represents the scan."""
+"""Id of the only thread; it represents the scan."""
 
 VIEWS = 16
 """Maximum number of executed scans that are cached."""
@@ -47,7 +47,7 @@ class Adapter:
     Attributes:
         subject, driver: the scans, and the driver that runs them; None before launch or attach.
         cursor: the client's current position; None while scans are running, or before the first scan.
-        tree: the values that the client opened at the current position; None before the first one.
+        tree: the values that the client opened at the current position; None before the first value.
         running: whether scans are running, or a recording is being searched.
         configured: whether the client has set its breakpoints.
         stop_on_entry: whether to stop before the first scan.
@@ -225,12 +225,12 @@ class Adapter:
         return [point for point in self.all_breakpoints() if not point.log]
 
     def the_subject(self) -> Subject:
-        """Return the debugged subject, which must exist."""
+        """Return the debugged subject; it must exist."""
         assert self.subject is not None
         return self.subject
 
     def the_driver(self) -> Driver:
-        """Return the driver of the scans, which must exist."""
+        """Return the driver of the scans; it must exist."""
         assert self.driver is not None
         return self.driver
 
@@ -253,7 +253,7 @@ class Adapter:
         return subject.live and self.cursor is not None and self.cursor.scan < subject.extent[1]
 
     def look_elsewhere(self, search: Callable[[], T]) -> T:
-        """Return the result of a search in the past, after which the client's position is restored."""
+        """Return the result of a search in the past; the client's position is then restored."""
         cursor = self.place()
         scan, spot = cursor.scan, cursor.spot
         self.leave()
@@ -322,13 +322,13 @@ class Adapter:
         return self.the_subject().hits(stop_points, scan)
 
     def stop_at_hit(self, scan: int, hits: list[Hit], *, backwards: bool = False) -> None:
-        """Move to the place where a scan meets its first breakpoint, or its last one, and stop."""
+        """Move to the first breakpoint in a scan, or backwards to the last one, and stop."""
         cursor = self.look_at(scan)
         spots = [cursor.spot_of(point) for point, _text in hits]
         self._stop_at((max if backwards else min)(spots, key=Spot.position), hits)
 
     def _stop_at(self, spot: Spot, hits: list[Hit]) -> None:
-        """Stop at a place that at least one of the hits is at, and report the hits there."""
+        """Stop at the place of one or more hits, and report the hits there."""
         cursor = self.place()
         hits_here = [hit for hit in hits if cursor.spot_of(hit.breakpoint) == spot]
         self.go_to(spot)
@@ -336,7 +336,7 @@ class Adapter:
         self.stopped(reason, hits_here[0].text, tuple(hit.breakpoint for hit in hits_here))
 
     def stop_in_scan(self, *, backwards: bool) -> bool:
-        """Stop at the next breakpoint in the same scan, or the previous one; return whether there is one."""
+        """Stop at the next breakpoint in the same scan, or the previous one; return whether one exists."""
         cursor = self.place()
         scan, spot = cursor.scan, cursor.spot
         if scan < self.the_subject().extent[0]:
@@ -381,7 +381,7 @@ REASONS = {
 
 
 class Driver(Protocol):
-    """A driver, which runs the scans of a subject; each kind of subject has its own."""
+    """Runs the scans of a subject; each kind of subject has its own driver."""
 
     def begin(self, *, stop: bool) -> None:
         """Begin after all breakpoints are set; with `stop`, stop before the first scan."""
@@ -393,7 +393,7 @@ class Driver(Protocol):
         """Request a stop (see `Adapter.stopped`); raise DebugError if it is refused."""
 
     def step(self) -> None:
-        """Run one scan, and stop at its start; raise DebugError if there is no further scan."""
+        """Run one scan, and stop at its start; raise DebugError if no further scan exists."""
 
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         """Replace the active breakpoints; raise ExpressionError if a condition can't be evaluated."""

@@ -1,8 +1,9 @@
-"""An editor's breakpoints, which are checked after each scan, whether live or run again.
+"""An editor's breakpoints, checked after each live or repeated scan.
 
 | kind | stop |
 |---|---|
-| line | the rung runs and its condition is true; with `becomes true` or `changes`, its power does so |
+| line | the rung runs and its condition is true; with `becomes true` or `changes`, its power becomes true or
+changes |
 | function | `Main.3` as a line; `Feeding changes`; any other text is an expression that becomes true |
 | data | the value of a tag changes |
 | exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |
@@ -102,7 +103,7 @@ class Breakpoint:
 
 
 class Hit(NamedTuple):
-    """A breakpoint that was met."""
+    """A breakpoint that was hit."""
 
     breakpoint: Breakpoint
     text: str
@@ -113,7 +114,7 @@ Event = tuple[str, Mapping[str, Any]]
 
 
 Check = Callable[[int], str | None]
-"""A function called after each scan with its number; returns a text if a breakpoint is met, else None."""
+"""A function called after each scan with its number; returns a text if a breakpoint is hit, else None."""
 
 
 class ScanValues(Values, Protocol):
@@ -164,7 +165,7 @@ class LinePoints(NamedValues, Observer):
     """Breakpoints on lines of Python or of a list of steps.
 
     Args:
-        in_frames: conditions and log points are Python expressions, which read the values before the line.
+        in_frames: conditions and log points are Python expressions that read the values before the line.
     """
 
     def __init__(self, tags: Mapping[str, Any], *, in_frames: bool) -> None:
@@ -226,7 +227,7 @@ class _CheckedBreakpoint:
 
 
 class Looker:
-    """An object that checks the breakpoints after each scan of an engine.
+    """Checks the breakpoints after each scan of an engine.
 
     Args:
         events: function that returns the events of a scan.
@@ -256,7 +257,7 @@ class Looker:
                 check.met(scan)
 
     def look(self, scan: int) -> list[tuple[_CheckedBreakpoint, str]]:
-        """Return the breakpoints that the latest scan has met, regardless of their hit counts."""
+        """Return the breakpoints that the latest scan has hit, regardless of their hit counts."""
         checks = []
         for check in self._checks:
             text = check.met(scan)
@@ -265,11 +266,11 @@ class Looker:
         return checks
 
     def hits(self, scan: int) -> list[Hit]:
-        """Return the breakpoints that the latest scan has met; hit counts and log points have no effect."""
+        """Return the breakpoints that the latest scan has hit; hit counts and log points have no effect."""
         return [Hit(check.breakpoint, text) for check, text in self.look(scan)]
 
     def stops(self, scan: int, say: Callable[[Breakpoint, str], object]) -> list[Hit]:
-        """Return the breakpoints that stop in the latest scan; count hits, and print log points."""
+        """Return the breakpoints that stop execution in the latest scan; count hits, and print log points."""
         hits = []
         for check, text in self.look(scan):
             if not check.breakpoint.count_hit():
@@ -299,7 +300,7 @@ class Looker:
         return compiled(text, self._values, self._around)
 
     def _log(self, text: str) -> list[str | Read]:
-        """Return the texts and compiled expressions of a log message; none for an empty one."""
+        """Return the texts and compiled expressions of a log message; an empty list for an empty message."""
         parts: list[str | Read] = []
         for number, part in enumerate(_FIELD.split(text)):
             parts.append(self._compiled(part) if number % 2 else part)

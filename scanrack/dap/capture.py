@@ -160,7 +160,7 @@ _is_own = cache(is_the_users)
 
 
 def _callers(frame: FrameType) -> Iterator[FrameType]:
-    """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
+    """Yield the frames of the user's files that called or awaited a frame, innermost first."""
     above = frame.f_back
     outermost = (
         InputReplay.run_logic.__code__

@@ -2,10 +2,10 @@
 
     "Position > 4000 and rose(Start)"   ->   lambda: Position > 4000 and rose_1(Start)
 
-Names are tags of the program, which are read from the variables of its compiled scan, and words and bits of
-images. A condition therefore adds little more than its comparison to a scan.
+A name is a tag of the program, or a word or bit of an image. Tags are read from the variables of the compiled
+scan. A condition therefore adds little more than its comparison to a scan.
 
-A number may have the unit that the page shows for a tag: `Position > 4000 steps`. Times are converted to that
+A number can have the unit that the page shows for a tag: `Position > 4000 steps`. Times are converted to that
 unit.
 """
 
@@ -110,7 +110,7 @@ class ExpressionError(ValueError):
 
 
 class _Term(str):
-    """Python source of a tag, or of a number with a unit.
+    """Python source for a tag or for a number with a unit.
 
     Attributes:
         written: the number with its unit in the expression; "" for a tag.
@@ -182,7 +182,7 @@ UNIT: /[^\W\d][^\s()<>=!+*-]*|[%°]\S*/
 
 
 def _function(statements: Sequence[str], cells: Mapping[str, CellType]) -> Read:
-    """Compile statements to a function whose free variables are cells."""
+    """Compile statements to a function with cells as free variables."""
     body = "".join(f"  {statement}\n" for statement in statements)
     text = f"def outer({', '.join(cells)}):\n def take():\n{body}"
     outer = next(
@@ -199,7 +199,7 @@ class _Writer(Transformer[Token, str]):
     """A generator of Python source, which works from the bottom up.
 
     Attributes:
-        variables: variables of the expression, in addition to the variables of the program.
+        variables: variables added by the expression.
         statements: statements before the expression.
         unmatched: numbers with units that are not compared with a tag.
     """
@@ -229,7 +229,7 @@ class _Writer(Transformer[Token, str]):
         raise ExpressionError("'for' needs several scans: use scanrack query")
 
     def edge(self, name: Token, part: str) -> str:
-        """Return a variable for an edge, whose test becomes a statement before the expression."""
+        """Return a variable for an edge; the edge test becomes a statement before the expression."""
         edge_name = f"edge{len(self.variables)}"
         self.variables[f"__{edge_name}"] = _Edge(name)
         # evaluated in every scan, even if it can't affect the result
@@ -237,7 +237,7 @@ class _Writer(Transformer[Token, str]):
         return edge_name
 
     def compare(self, left: str, sign: Token, right: str) -> str:
-        """Return a comparison, in which a number with a unit is converted to the unit of the tag."""
+        """Return a comparison; a number with a unit is converted to the tag's unit."""
         for side in (left, right):
             number = side.written.lstrip("+-") if isinstance(side, _Term) else ""
             if number in self.unmatched:
@@ -292,7 +292,7 @@ class _Writer(Transformer[Token, str]):
 
 
 def _in_unit(part: str, other: str) -> str:
-    """Return a number in the unit of the tag with which it is compared; return other terms unchanged.
+    """Convert a number to the unit of the tag it is compared with; return other terms unchanged.
 
     Raises:
         ExpressionError: the tag has a different unit, or none.

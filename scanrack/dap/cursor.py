@@ -1,4 +1,4 @@
-"""The editor's position, which is a scan and an instruction in that scan."""
+"""The editor's position, as a scan and an instruction in that scan."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .breakpoints import Breakpoint
 from .view import Stop, View
 
 END = 1 << 30
-"""Index that stands for the end of a scan; it can be used before the scan's instructions are known."""
+"""Index of the end of a scan; usable before the scan's instructions are known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class Spot:
     order: int | None  # see `View.show`
 
     def position(self) -> tuple[int, int]:
-        """Return the sort key of a place in its scan."""
+        """Return the sort key of the place within its scan."""
         return self.index, -1 if self.order is None else self.order
 
 
@@ -48,7 +48,7 @@ class Cursor:
 
     @property
     def last(self) -> Spot:
-        """The last rung of the main routine, or the end of the scan if there is none."""
+        """The last rung of the main routine; the end of the scan if the routine has no rung."""
         stops = self.view.stops
         indices = [index for index, stop in enumerate(stops) if stop.step is None and stop.depth == 0]
         return self._spot(indices[-1]) if indices else self.end
@@ -98,7 +98,7 @@ class Cursor:
     # --- breakpoints
 
     def spot_of(self, breakpoint: Breakpoint) -> Spot:
-        """Return the place in the scan at which a breakpoint was met."""
+        """Return the place in the scan where a breakpoint was hit."""
         if breakpoint.keys:
             for index, stop in enumerate(self.view.stops):
                 if stop.step is None and (stop.run.routine, stop.run.line.number) in breakpoint.keys:

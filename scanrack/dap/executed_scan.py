@@ -1,4 +1,4 @@
-"""A scan as it was executed, with its rungs in execution order and the values before each rung.
+"""An executed scan, with its rungs in execution order and the values before each rung.
 
     order     0      1      2      3      4      5           end
     rung      Main 0        AOI 0  AOI 1  Main 1
@@ -32,7 +32,7 @@ from .view import Node, Stop, Tree, View
 
 
 class ExecutedScan(View):
-    """A scan of rungs, run again: compiled for its final values, and interpreted for its instructions.
+    """A rerun of a ladder scan, compiled for its final values and interpreted for its instructions.
 
     Args:
         replayer: runs the scans; it must not be used for anything else until `leave`.
@@ -52,7 +52,7 @@ class ExecutedScan(View):
 
     @cached_property
     def execution(self) -> Execution:
-        """The execution of the scan; running it sets the memory to the values at the end of the scan."""
+        """The execution of the scan, which sets the memory to the values at the end of the scan."""
         self.engine.traced = True
         try:
             self._replayer.again(self.scan)
@@ -67,7 +67,11 @@ class ExecutedScan(View):
         return sorted(self._stops(), key=lambda stop: (stop.order, stop.depth))
 
     def _stops(self) -> Iterator[Stop]:
-        """Yield a stop before each rung, and before each of its further instructions at the top level."""
+        """Yield a stop before each rung, and before each of its later instructions.
+
+        A stop's order is that of the last executed instruction. Instructions of a call, such as the copies of
+        its parameters, have no stop.
+        """
         for run in self.execution.runs.values():
             if run.line.number < 0:  # the line of a whole chart
                 continue
@@ -114,7 +118,7 @@ class ExecutedScan(View):
         return f"{name} of {run.instance}" if run.instance else name
 
     def _spelled(self, run: LineRun) -> str:
-        """Return the name of a routine as it is spelled in the program."""
+        """Return the name of a routine as spelled in the program."""
         spelling: str = self.engine.lowered.routines[run.routine].name
         return spelling
 
@@ -170,7 +174,7 @@ class ExecutedScan(View):
         yield "Tags", lambda: tags_in(tree, tags_of(engine, ""))
 
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
-        """Return the tags in a rung, as pairs of a name as used in the rung and a full name."""
+        """Return the tags in a rung, as pairs of the name used in the rung and the full name."""
         program = self.program(run)
         operands = (operand for step in run.line.all_steps for operand in step.operands)
         full_names: dict[str, str] = {}

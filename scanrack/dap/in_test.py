@@ -1,4 +1,4 @@
-"""Debugging of a pytest test, which covers the racks on its benches, one after the other.
+"""Debugging of the racks on the benches of a pytest test, one after the other.
 
     pytest --scanrack-debug     prints a port and a key, and waits for a client at the first bench
     launch with `pytest`        the adapter runs pytest itself
@@ -49,12 +49,12 @@ class BenchProgram:
 
     @property
     def operated(self) -> Debugger | Fields | None:
-        """The values of the program that can be set and forced."""
+        """The program's values that can be set and forced."""
         return settable_tags(self.logic)
 
 
 class InTest(ScanDriver):
-    """The driver of a test, which runs its bench itself, and waits in a scan while it is stopped."""
+    """The driver for a test; the test runs its own bench, and waits within a scan while stopped."""
 
     def __init__(self, adapter: Adapter, bench: Bench) -> None:
         """Begin to debug a bench, and wait until the client has set its breakpoints."""

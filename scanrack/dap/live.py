@@ -48,7 +48,7 @@ REMEMBERED = 8_000
 """Number of program snapshots, one per 64 scans, so that a session can step back 512,000 scans."""
 
 WAIT_S = 0.02
-"""Longest single wait for requests during a pause, s; it is short because pages also send actions."""
+"""Longest single wait for requests during a pause, s. It is short because pages also send actions."""
 
 
 EDITS = {
@@ -81,9 +81,9 @@ class LiveSubject(Subject):
     """The scans of a session so far.
 
     Attributes:
-        first: the first scan after the latest edit; the scans before it can't be looked at.
+        first: the first scan after the latest edit; earlier scans can't be viewed.
         last: the latest scan.
-        edits: number of edits that have been followed.
+        edits: number of edits that the debugger has applied.
     """
 
     live = True
@@ -122,11 +122,11 @@ class LiveSubject(Subject):
 
     @property
     def extent(self) -> tuple[int, int]:
-        """The scans that can be looked at."""
+        """The first and the last scan that can be viewed."""
         return self.first, self.last
 
     def looker(self, requested: list[Breakpoint]) -> Looker:
-        """Return the looker for breakpoints; raise ExpressionError for an invalid condition."""
+        """Return the object that checks breakpoints; raise ExpressionError for an invalid condition."""
         raise NotImplementedError
 
     def now(self) -> ScanContext:
@@ -164,7 +164,7 @@ class LiveRungs(RungSubject, LiveSubject):
 
     @property
     def extent(self) -> tuple[int, int]:
-        """The scans that can be looked at; an edit drops the scans before it."""
+        """The first and the last scan that can be viewed; an edit drops earlier scans."""
         source = self._debugger.replayer.source
         assert isinstance(source, journal.Journal)
         return source.first, self.last
@@ -267,7 +267,7 @@ class ScanDriver(QuietListener, Driver):
         self.subject.note_event(scan, now_ns, topic, fields)
 
     def look(self, scan: int, now_ns: int, flags: int) -> list[Hit]:
-        """Record a scan; return the breakpoints at which it stops."""
+        """Record a scan; return the breakpoints that stop the rack in it."""
         self.subject.note_scan(scan, now_ns, flags)
         self.follow_edit()
         return [] if self._looker is None else self._looker.stops(scan, self._print_log_point)
@@ -339,7 +339,7 @@ class Live(ScanDriver):
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Pause at breakpoints, adopt breakpoints of the pages, answer requests, follow a continue."""
+        """Pause at breakpoints, adopt the pages' breakpoints, answer requests, and obey a continue."""
         if not self._placed and not self._session.repeats:
             self._place()
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
@@ -355,7 +355,7 @@ class Live(ScanDriver):
             adapter.event("continued", threadId=1, allThreadsContinued=True)
 
     def _pause_at(self, hits: list[Hit]) -> None:
-        """Pause at breakpoints, or where a step ends."""
+        """Pause at breakpoints, or at the end of a step."""
         arrived = isinstance(self.subject, LiveText) and self.subject.arrived
         if hits or arrived:
             self._hits = hits
@@ -407,7 +407,7 @@ class Live(ScanDriver):
     # --- during a pause
 
     def _wait_during_pause(self) -> None:
-        """Attend to pages and editor: report the stop once, answer requests, prepare steps back."""
+        """While paused, report the stop once, answer pages and editor, and prepare backward steps."""
         self._attend_pages()
         adapter = self._adapter
         if not self._placed:
@@ -478,7 +478,7 @@ class Live(ScanDriver):
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Set breakpoints, also on the pages; on a real port, refuse all except log points."""
+        """Set breakpoints in the session and on the pages; on a real port, refuse all except log points."""
         if self._session.live and not all(request.log for request in requested):
             raise DebugError("a real controller does not wait: only log points are possible on a real port")
         super().set_breakpoints(requested)

@@ -252,7 +252,7 @@ def _branch_command(adapter: Adapter, _text: str) -> str:
 
 
 def _return_command(adapter: Adapter, _text: str) -> str:
-    """Go back from a past scan to the latest one, after the answer for the console, which it returns."""
+    """Return the console answer, and then move from a past scan to the latest one."""
     if not adapter.in_past():
         raise DebugError("this is the latest scan of the session")
     last = adapter.the_subject().extent[1]
@@ -315,7 +315,7 @@ def sources(adapter: Adapter, _arguments: Json) -> Json:
 
 
 def _names_for(adapter: Adapter, word: str) -> list[str]:
-    """Return the members of a structure before the last dot of a word, or else all tags and commands."""
+    """Return the members of the structure before a word's last dot; otherwise all tags and commands."""
     owner, dot, _ = word.rpartition(".")
     view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
     members = view.value(tree, owner, owner).get("node") if dot and owner in view.tags else None

@@ -25,7 +25,7 @@ def go(adapter: Adapter, _arguments: Json) -> Json:
 
 
 def _refuse_or_return(adapter: Adapter) -> None:
-    """Refuse the first continue from a past scan, listing the possible commands; return on the second."""
+    """Refuse the first continue from a past scan and list the commands; on the second, go to the latest."""
     scan, last = adapter.place().scan, adapter.the_subject().extent[1]
     if adapter.returns_to_present:
         adapter.returns_to_present = False
@@ -105,12 +105,13 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
             return
         scan, subject = adapter.place().scan, adapter.the_subject()
         stop_points = adapter.stop_points()
-        adapter.leave()
+        adapter.leave()  # the search needs the memory that the shown scan uses
         adapter.searching = True
         try:
             stop_scan = subject.last_before(stop_points, scan, adapter.poll) if stop_points else None
-        except SearchCanceledError as broken:
-            adapter.look_at(max(subject.extent[0], broken.scan), "end")
+        except SearchCanceledError as canceled:
+            # the search may have begun before the first scan that can be shown
+            adapter.look_at(max(subject.extent[0], canceled.scan), "end")
             adapter.stopped("pause")
             return
         finally:

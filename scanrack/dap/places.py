@@ -40,7 +40,7 @@ class Places:
         raise NotImplementedError
 
     def named(self, text: str) -> list[LineKey] | None:
-        """Return the rung with a name like `Main.3`, or the first rung of `Main`; None without one."""
+        """Return the rung with a name like `Main.3`, or the first rung of `Main`; None if not found."""
         raise NotImplementedError
 
     @cached_property
@@ -63,7 +63,7 @@ class Places:
         return self._paths[name]
 
     def _find_file(self, name: str) -> Path | None:
-        """Return the program's file: in the folders, at its own path or as shipped; None if all differ."""
+        """Find the program's file in the folders, at its path or as shipped; return None if all differ."""
         file_path = Path(name)
         shipped = Path(str(files("scanrack.ladder"))) / "blocks" / file_path.name  # of `USE axis3601`
         for file in (*(folder / file_path.name for folder in self._folders), file_path, shipped):

@@ -73,7 +73,7 @@ def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
-    """Serve the client until it ends or branches; without requests, index scans and search."""
+    """Serve the client until it ends or branches; between requests, index scans and search."""
     is_busy, idle_s = True, IDLE_S  # the first run of the scans continues while there are no requests
     while not driver.over and not adapter.over:
         longest_wait_s = idle_s if is_busy else None

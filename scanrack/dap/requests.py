@@ -1,4 +1,4 @@
-"""The table of requests, from which the reply to `initialize` and the documentation page are generated."""
+"""The table of requests; the reply to `initialize` and the documentation page are generated from it."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ ALSO: Mapping[str, Any] = {
         for name, (label, description) in FILTERS.items()
     ],
 }
-"""Additional capabilities, which concern the arguments of requests."""
+"""Additional capabilities, for the arguments of requests."""
 
 
 def capabilities() -> Json:

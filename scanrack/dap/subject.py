@@ -73,21 +73,21 @@ class Subject(Protocol):
     def hits_between(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
     ) -> Iterator[tuple[int, list[Hit]]]:
-        """Yield the scans that meet a breakpoint, in order; hit counts and log points have no effect."""
+        """Yield the scans that hit a breakpoint, in order; hit counts and log points have no effect."""
 
     def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
-        """Return the breakpoints that a scan meets; see `hits_between`."""
+        """Return the breakpoints that a scan hits; see `hits_between`."""
         return dict(self.hits_between(requested, scan, scan)).get(scan, [])
 
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
-        """Return the last scan before `scan` that meets a breakpoint, or None.
+        """Return the last scan before `scan` that hits a breakpoint, or None.
 
         Raises:
             SearchCanceledError: the client has paused the search.
         """
 
     def first_after(self, requested: Sequence[Breakpoint], scan: int) -> tuple[int | None, int]:
-        """Return the first scan in a slice after `scan` to meet a breakpoint, and the last one checked."""
+        """Return the first scan in a slice after `scan` that hits a breakpoint, and the last scan checked."""
         last = min(self.extent[1], scan + SLICE)
         hit_scan = next((number for number, _hits in self.hits_between(requested, scan + 1, last)), None)
         return (None, last) if hit_scan is None else (hit_scan, hit_scan)
@@ -96,7 +96,7 @@ class Subject(Protocol):
         """Return the last scan up to `scan` that changed a tag, or None."""
 
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
-        """Return why a tag has its value after a scan, as a text followed by each cause with its line."""
+        """Explain the value of a tag after a scan, as a text followed by each cause with its line."""
 
     def memory(self, scan: int) -> bytes:
         """Return the images of all modules after a scan; empty if they are not known."""
@@ -111,7 +111,7 @@ class Subject(Protocol):
         """Return the tags and image words that are forced in a scan."""
 
     def prepare(self) -> bool:
-        """Do part of the preparation for later steps back; return whether work remains."""
+        """Do part of the preparation for later backward steps; return whether work remains."""
         return False
 
     def around(self, current_scan: Callable[[], int], word: ReadWord | None = None) -> ScanContext:
@@ -137,7 +137,7 @@ class Subject(Protocol):
 
 
 class RungSubject(Subject):
-    """A ladder program, whose scans are run again from snapshots."""
+    """A ladder program; its scans are run again from snapshots."""
 
     def replayer(self, scan: int) -> Replayer:
         """Return the replayer for a scan; raise DebugError if the scan can't be run again."""
@@ -148,7 +148,7 @@ class RungSubject(Subject):
         return ExecutedScan(self.replayer(scan), scan)
 
     def _looker(self, requested: Sequence[Breakpoint], replayer: Replayer) -> Looker:
-        """Return the looker that checks breakpoints in the scan to which a replayer has run."""
+        """Return the object that checks breakpoints in the scan that a replayer has reached."""
 
         def current_scan() -> int:
             return -1 if replayer.at is None else replayer.at

@@ -1,6 +1,6 @@
 """Programs without rungs (Python, sequences, lists of steps), which are run again on recorded inputs.
 
-window    the scans before the scan in view; their lines are cached for steps back
+window    the scans before the scan in view; their lines are cached for backward steps
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ class TextSubject(Subject):
 
     @override
     def prepare(self) -> bool:
-        """Cache a slice of the scans before those that are cached; return whether work remains."""
+        """Cache a slice of scans before the cached scans; return whether work remains."""
         if self._filling is None:
             low = self._scan_in_view
             while low - 1 in self._cache:
@@ -224,7 +224,7 @@ class TextSubject(Subject):
                 poll(number)
 
     def _looker(self, requested: Sequence[Breakpoint], rerun: ProgramRerun) -> tuple[Looker, LinePoints]:
-        """Return the looker that checks breakpoints after each scan, and the observer of a run's lines."""
+        """Return the object that checks breakpoints after each scan, and the observer of a run's lines."""
         points = LinePoints(ProgramValues(lambda: rerun.logic), in_frames=self._in_python)
         return Looker(requested, points, self.around(lambda: rerun.at), self.events), points
 

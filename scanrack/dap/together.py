@@ -23,7 +23,7 @@ _WHEN = {"": " executes", BECOMES_TRUE: "", CHANGES: " changes"}
 
 
 def _is_plain(point: Breakpoint) -> bool:
-    """Return whether a breakpoint is of a kind that the page has: without counts, logs and exceptions."""
+    """Return whether the page supports a breakpoint, that is, one without counts, logs or exceptions."""
     return not point.hits and not point.log and point.kind != "exception"
 
 

@@ -1,4 +1,4 @@
-"""Scopes and their values, which are listed one level at a time.
+"""Scopes and their values, listed one level at a time.
 
     Rung         the tags that the rung names
     Locals       parameters and local tags of an add-on instruction

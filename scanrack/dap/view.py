@@ -1,4 +1,4 @@
-"""The scan in view, and the tree of its values that a client opens."""
+"""The scan in view, and the tree of its values that a client browses."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ class View(Protocol):
         """Return the place that is shown at the end of the scan; None if there is none."""
 
     def full_name(self, name: str, run: Any) -> str | None:
-        """Return the full name of a tag for its name in a rung or line; None for other names."""
+        """Return the full name of a tag from its name in a rung or line; None for other names."""
 
     def names(self, run: Any) -> Sequence[tuple[str, str]]:
         """Return the short and full names of all tags that a rung or line can name."""

@@ -2,7 +2,7 @@ r"""Messages of the Debug Adapter Protocol on two streams: a header with the len
 
     Content-Length: 119\r\n\r\n{"seq": 1, "type": "request", "command": "threads"}
 
-A thread reads, so that a scan never waits for a client.
+A separate thread reads messages, so that a scan never waits for a client.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Wire:
             self._responses.flush()
 
     def _read_all(self) -> None:
-        """Read messages, and put them and errors into the queue; at the end of the stream, put None."""
+        """Put messages and errors into the queue; put None at the end of the stream."""
         with suppress(OSError, ValueError):
             while True:
                 try:

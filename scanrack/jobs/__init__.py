@@ -2,18 +2,18 @@
 
 | package | content |
 |---|---|
-| `prove/` | claims about all inputs: verdicts, and scenarios that the rack replays |
+| `prove/` | properties for all inputs: verdicts, and scenarios that the rack replays |
 | `fuzz/` | a search for inputs and faults that break a program: scenarios, invariants, campaigns |
 | `check/`, `bench/`, `drive/` | finding mistakes without a run; a rack in a test; a single module |
 | `why/` | which line of a program changed a value, and what the modules are waiting for |
 | `replay/` | a recording instead of modules, logic or stimuli |
 | `run/` | running a job, and its result |
-| `record/` | recording a run: words, tags, waits of sequences, orders, edits |
+| `record/` | recording a run: words, tags, waits of sequences, operator actions, edits |
 | `trust/` | the files in a trace, which of them may be used, and the processes that use them |
 | `load/`, `imports/` | making a `LoadedRack` from the path of a rack; rack files for exports |
 
-Each package imports only from packages below it. The application prints nothing: it returns values, raises
-exceptions, and takes callbacks for progress. `scanrack/commands` turns these into text and an exit status.
+Each package imports only from packages below it. The application prints nothing. It returns values, raises
+exceptions, and calls callbacks for progress. `scanrack/commands` turns these into text and an exit status.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tables of one-line texts, which may come from files."""
+"""Tables of one-line texts that can come from files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Cells(Table):
     """A table of one-line texts, with control characters made visible."""
 
     def add_row(self, *cells: Any, **options: Any) -> None:
-        """Add a row; texts are not parsed for markup."""
+        """Add a row without parsing its texts for markup."""
         super().add_row(
             *(Text(on_a_line(cell)) if isinstance(cell, str) else cell for cell in cells), **options
         )

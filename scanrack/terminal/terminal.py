@@ -9,7 +9,7 @@ from scanrack.io_images.visible_text import visible
 
 
 def on_a_line(text: str) -> str:
-    r"""Return a text with visible line feeds, so that text from a file can't begin a line of the output.
+    r"""Return a text with line feeds made visible, so that text from a file can't begin a line of output.
 
     >>> on_a_line("line\nnote: all is well")
     'line\\nnote: all is well'
@@ -47,7 +47,7 @@ MESSAGE_LINES = 500
 
 
 def _short_lines(text: str, *, err: bool) -> str:
-    """Return a text with shortened lines; a message on standard error also has fewer of them."""
+    """Return a text with shortened lines; limit the number of lines of a message on standard error."""
     if len(text) <= LINE_MOST and not err:
         return text
     lines = text.split("\n")

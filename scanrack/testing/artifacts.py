@@ -1,4 +1,4 @@
-"""The artifacts of a test: the recordings of its benches, and the lines of its report about them."""
+"""The artifacts of a test: the recordings of its benches, and the report lines about them."""
 
 from __future__ import annotations
 
@@ -63,11 +63,11 @@ class TestArtifacts:
         self._is_recording_complete = False  # whether a failure has ended the recordings
 
     def open(self, rack: Path) -> Bench:
-        """Open a rack on a bench, recorded if the recording may be kept; see `open_bench`."""
+        """Open a rack on a bench, and record it if recordings can be kept; see `open_bench`."""
         return self.add(rack.stem, partial(open_bench, rack))
 
     def add(self, name: str, open_with: Callable[[Path | None], Bench]) -> Bench:
-        """Open a bench with a name, recorded if the recording may be kept.
+        """Open a named bench, and record it if recordings can be kept.
 
         Args:
             open_with: opens the bench with the path of its recording.
@@ -80,7 +80,7 @@ class TestArtifacts:
         return bench
 
     def _new_trace(self, stem: str) -> Path:
-        """Return an unused path for a recording; a number tells benches of the same name apart."""
+        """Return an unused path for a recording; a number distinguishes benches with the same name."""
         stem = file_name(stem) or "rack"
         used_paths = {opened.trace for opened in self._benches}
         path, number = self.folder.path / f"{stem}.mcap", 1
@@ -90,7 +90,7 @@ class TestArtifacts:
         return path
 
     def close(self) -> None:
-        """Close all benches, the last one first, even if one of them raises."""
+        """Close all benches in reverse order, even if one of them raises an exception."""
         with ExitStack() as stack:
             for opened in self._benches:
                 stack.callback(opened.bench.close)
@@ -101,7 +101,8 @@ class TestArtifacts:
         """Extend the report of a failure; after the teardown, remove artifacts that are not kept.
 
         Args:
-            of_subtest: whether it is the report of a subtest; the test and its recordings then continue.
+            of_subtest: whether the report is about a subtest; the test and its recordings continue after a
+                subtest.
         """
         error: BaseException | None = None
         if report.failed:
@@ -122,7 +123,7 @@ class TestArtifacts:
                 self.folder.remove()
 
     def _explanations(self, error: BaseException) -> Iterator[str]:
-        """Yield the lines of a report about an error, and end the recordings if the test ends with it."""
+        """Yield the report lines about an error; end the recordings if the error ends the test."""
         now_s = process_time()
         yield from self._explanations_of_tags(error)
         for opened in self._benches:
@@ -131,7 +132,7 @@ class TestArtifacts:
             yield from self._scan_lines(opened, error, now_s - opened.since_s)
 
     def _explanations_of_tags(self, error: BaseException) -> Iterator[str]:
-        """Yield why the tags of an error have their values, at most `MOST_WHYS`; latest bench first."""
+        """Yield explanations of at most `MOST_WHYS` tags of an error, starting with the latest bench."""
         explained = 0
         for opened in reversed(self._benches):
             for tag in tags_of(error, opened.bench):
@@ -140,7 +141,7 @@ class TestArtifacts:
                     yield answer
 
     def _scan_lines(self, opened: OpenedBench, error: BaseException, run_s: float) -> Iterator[str]:
-        """Yield the last scan of a bench, and the commands and pages that show it."""
+        """Yield report lines with a bench's last scan, and the commands and pages that show it."""
         name, bench, trace, _ = opened
         fault = bench.cpu.fault
         scan, now_ns = (bench.scans - 1, bench.now_ns) if fault is None else (fault.scan, fault.now_ns)
@@ -158,13 +159,13 @@ class TestArtifacts:
 
 
 def _message(error: BaseException) -> str:
-    """Return the message of a failure, without the kind of an assertion."""
+    """Return the message of a failure; its type is included unless it is an assertion with a message."""
     message = str(error)
     return message if isinstance(error, AssertionError) and message else f"{type(error).__name__}: {message}"
 
 
 def tags_of(error: BaseException, bench: Bench) -> list[str]:
-    """Return the tags of a failure, at most `MOST_WHYS`, the most relevant first.
+    """Return at most `MOST_WHYS` tags of a failure, the most relevant first.
 
     These are the tags of a `NotReachedError` or of a false ASSERT. For other failures they are the tags that
     the test has read since the latest scan, starting with the tags in the message.

@@ -33,7 +33,7 @@ _PLAIN = re.compile(r"\w+(\.\w+)*+((/|::)\w+(\.\w+)*+)*+", re.ASCII)
 
 
 def folder_names(test: str) -> tuple[str, ...]:
-    """Return the possible names of a test's folder; the second one is used if the first is taken.
+    """Return the possible names of a test's folder; the second is used if the first belongs to another test.
 
     >>> folder_names("tests/test_feeder.py::test_strokes")
     ('tests-test_feeder.py--test_strokes', 'tests-test_feeder.py--test_strokes-c9a7e8d1')
@@ -61,7 +61,7 @@ class ArtifactFolder:
 
     Args:
         base: the folder of all tests.
-        test: the node of the test, as pytest names it.
+        test: pytest's node ID of the test.
     """
 
     def __init__(self, base: Path, test: str) -> None:
@@ -73,8 +73,8 @@ class ArtifactFolder:
         """The folder; the first access creates it and removes the artifacts of an earlier run.
 
         Raises:
-            OwnedError: folders that scanrack did not create have this folder's names, or another run is
-                writing to it.
+            OwnedError: folders that scanrack did not create already use its names, or another run is writing
+                to it.
             OSError: the folder can't be created.
         """
         if self._path is None:
@@ -86,7 +86,7 @@ class ArtifactFolder:
         """Create or empty the test's folder, and mark it.
 
         Raises:
-            OwnedError: none of its names may be used, or another run is writing to it.
+            OwnedError: none of its names can be used, or another run is writing to it.
         """
         for name in folder_names(self._test):
             path = self._base / name
@@ -117,12 +117,12 @@ class ArtifactFolder:
         return True
 
     def passed_trace(self, trace: Path) -> Path | None:
-        """Return the trace with that name from the last run that passed, if there is one."""
+        """Return the trace with the same name from the last passed run; None if it does not exist."""
         path = trace.parent / PASSED / trace.name
         return path if path.is_file() else None
 
     def keep_passed(self) -> None:
-        """Mark the folder of a run that has passed, and keep it."""
+        """Keep the folder, and mark its run as passed."""
         if self._path is not None:
             (self._path / PASSED_MARK).touch()
             _remove(self._path / PASSED)

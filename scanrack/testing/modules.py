@@ -1,4 +1,4 @@
-"""A test kit for authors of modules: checks the contract in docs/words_of_record-module.md.
+"""A test kit for authors of modules, which checks the contract in docs/own-module.md.
 
     from scanrack.testing.modules import check_module, record_in
 
@@ -35,13 +35,15 @@ LONGEST_NS = (2_000_000, 100_000_000, 1_000_000_000)
 NO_MACHINE = MachineSpec()
 
 Act: TypeAlias = Callable[[Any, int, int], None]
-"""Acts on a module at the start of a step; called with the module, and the step's start and end, ns."""
+"""A function that acts on a module at the start of a step; its arguments include the step's start and end,
+ns."""
 
 Pieces: TypeAlias = Callable[[int, int], Sequence[int]]
-"""Returns extra times at which to call `update`, from the start and end of a step; all in ns."""
+"""A function that returns extra times for calls of `update` between the start and end of a step; all in
+ns."""
 
 Draw: TypeAlias = Callable[[Random], Sequence[int]]
-"""Draws output words."""
+"""A function that draws output words."""
 
 Shown: TypeAlias = tuple[Sequence[int], Sequence[Event]]
 """The output of a module at an instant: its input words, and its events since the previous instant.
@@ -79,7 +81,7 @@ def check_module(
     words: Draw | None = None,
     machine: MachineSpec = NO_MACHINE,
 ) -> None:
-    """Check that a module survives any words, repeats its runs, ignores extra calls, and decodes its names.
+    """Check that a module handles any words, repeats its runs, tolerates extra calls and decodes its names.
 
     Args:
         record: record of the module.
@@ -154,12 +156,12 @@ def at_once(_begin_ns: int, _end_ns: int) -> Sequence[int]:
 
 
 def every(period_ns: int) -> Pieces:
-    """Return pieces of equal length."""
+    """Return a function that divides a step into pieces of equal length."""
     return lambda begin_ns, end_ns: range(begin_ns + period_ns, end_ns, period_ns)
 
 
 def at_random(seed: int) -> Pieces:
-    """Return up to five instants of each step; its start and its end may be among them."""
+    """Return a function that draws up to five instants of a step, which can include its start and end."""
     dice = Random(seed)
 
     def pieces(begin_ns: int, end_ns: int) -> Sequence[int]:
@@ -202,7 +204,7 @@ def _fail_power(module: Module, _begin_ns: int, _end_ns: int) -> None:
 
 
 def _shown(module: Module, now_ns: int, outputs: Image) -> Shown:
-    """Update a module; return its input words and the events that it had collected, which are removed."""
+    """Update a module; return its input words and its collected events, and remove these events."""
     words = list(module.update(now_ns, outputs))
     events = tuple(event for event in module.events if event.kind != "indicator")
     module.events.clear()
@@ -238,7 +240,7 @@ def _is_name(name: str) -> bool:
 
 
 def _check_decoded(bit: str, name: str, signal: BitPlace, record: ModuleRecord, words: ModuleWords) -> None:
-    """Check that an image with one status bit set is shown with the name of that bit alone."""
+    """Check that an image with one status bit set shows only the name of that bit."""
     image = Image(size=len(words.inputs))
     image.set_bit(signal.word, signal.bit, True)
     shown = str(record.status(image, words))
@@ -248,7 +250,7 @@ def _check_decoded(bit: str, name: str, signal: BitPlace, record: ModuleRecord, 
 
 
 def _drawn_options(record: ModuleRecord, fixed: Options, dice: Random) -> Options:
-    """Return the fixed and the drawn options; only the fixed ones if the module refuses the drawn ones."""
+    """Return the fixed and drawn options, or only the fixed ones if the module refuses the drawn ones."""
     if record.option_table is None:
         return fixed
     table = record.option_table()

@@ -1,4 +1,4 @@
-"""The page that shows the recording of a failed test."""
+"""The page with the recording of a failed test."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ MOST_SCANS = 20_000
 """A recording with more scans gets no page by default, since the page would take more than 3 s."""
 
 MOST_RUN_S = 2.0
-"""A run with more processor time (s) gets no page by default: the page takes a bit longer than the run."""
+"""A run with more processor time (s) gets no page by default, since creating the page takes slightly longer
+than the run."""
 
 MOST_EXPLAINED_SCANS = 8_000
 """For a recording with more scans, the page does not explain tags; the report still does."""
@@ -38,7 +39,7 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
         scan: the scan of the failure.
         tags: the tags whose values the page explains.
         run_s: processor time since the bench was opened, s.
-        test: the test, whose failure the page shows first.
+        test: the test; the page shows its failure first.
     """
     if scan >= MOST_SCANS or run_s > MOST_RUN_S:
         return f"scanrack share {shlex.quote(shown)}   # the page takes some seconds"

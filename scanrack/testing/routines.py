@@ -1,4 +1,4 @@
-"""Test routines: a routine of a `test_*.rung` or `test_*.st` file is a test, see `ladder.files.testfile`."""
+"""Test routines: each routine of a `test_*.rung` or `.st` file is a test, see `ladder.files.testfile`."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class RoutineTest(pytest.Item):
         self._picture = ""
 
     def runtest(self) -> None:
-        """Run the routine; an AssertionError or a fault of the CPU fails the test."""
+        """Run the routine; an AssertionError or a controller fault fails the test."""
         job, name = load_test(self._file, self.name)
         bench = self._artifacts_of(self).add(self._file.rack.stem, lambda trace: bench_of(job, trace))
         try:
@@ -103,7 +103,7 @@ def _picture_of(bench: Bench, fault: CpuFault) -> str:
 
 
 def _asserts(lowered: LoweredProgram, name: str) -> Iterator[int]:
-    """Yield the sites of the ASSERTs of a routine."""
+    """Yield the sites of the ASSERTs in a routine."""
     for line in lowered.routines[name.upper()].lines:
         for step in steps_of(line.nodes):
             if step.spec.name == "ASSERT":

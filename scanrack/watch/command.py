@@ -99,7 +99,7 @@ def _check_live(options: WatchArguments, factor: float | None) -> None:
 
 def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
     """Return the rack and the settings of its session; raise ValueError if an option can't be used."""
-    from scanrack.jobs.load.exports import begun
+    from scanrack.jobs.load.exports import start_of_export
     from scanrack.jobs.load.loading import forces_to_hold, load_job, scans_to_run
     from scanrack.jobs.run.build import check_ports
     from scanrack.jobs.run.servers.kinds import addresses
@@ -107,7 +107,7 @@ def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
 
     keep = 0 if options.replace else None  # numbered copies of an old recording; None: the usual number
     factor = speed_of(options.speed)
-    export = begun(keep_values=options.keep_values, memory=options.memory)
+    export = start_of_export(keep_values=options.keep_values, memory=options.memory)
     job = load_job(options.rack, export=export)
     check_ports(job.spec, realtime=True, live=options.live)
     _check_live(options, factor)

@@ -1,4 +1,4 @@
-"""Programs that are loaded while another one runs, either from disk or with an edited file."""
+"""Programs that are loaded while another program runs, either from disk or with an edited file."""
 
 from __future__ import annotations
 
@@ -133,6 +133,7 @@ class EditedPrograms:
         return job
 
     def _forget(self) -> None:
+        """Unload the Python modules of the program and its copies: the next load reads their files."""
         forget([self.file.parent.resolve(), *self._folders])
 
     def usable(self, job: LoadedRack, restart: str = "") -> LoadedRack:

@@ -6,9 +6,10 @@
 
 A ladder program keeps the values of its tags, as in an online edit. A `Logic` program keeps its fields, and
 its sequences continue, see `ladder.python.online`. A Python function restarts. After a mistake the page
-shows the file and line, and the running program continues. A text edited in a page is previewed first, and is
+shows the file and line, and the running program continues. Text edited on a page is previewed first, and is
 saved only when the page accepts it. With --preview a saved file is also previewed first.
-`online` handles edits of drawn rungs, `typed_text` edits of the text. An edit is an action that is recorded
+`online` handles edits of drawn rungs, and `typed_text` handles edits of the text. An edit is an action that
+is recorded
 with the program's files, see `jobs.record.program_versions`.
 """
 
@@ -46,7 +47,7 @@ Takeover = Callable[[], Edit | None]
 
 
 class EditManner(NamedTuple):
-    """Settings of edits."""
+    """Settings for edits."""
 
     preview: bool = False  # whether a saved file waits until a page accepts it
     trust: bool = False  # whether Python that is typed in a page may run
@@ -191,16 +192,16 @@ class Editor:
         self._send({"online": state})
 
     def _load(self) -> None:
-        """Load the program's file and hand it over, unless it is just being written again."""
+        """Load the program's file and hand it over, unless the file has been written again meanwhile."""
         restart, self._restart = self._restart, ""
         exchange = self._from_disk(restart)
         if not self._programs.is_rewritten():  # otherwise it is just being saved: the next check loads it
             self._exchange(exchange)
 
     def _from_disk(self, restart: str) -> Exchange:
-        """Return the exchange for the program on disk, or one that sends a mistake if it can't be used.
+        """Return an exchange for the program on disk; if it can't be used, the exchange sends the mistake.
 
-        When the program runs, the file counts as seen.
+        Once the program runs, the file counts as seen.
         """
         programs = self._programs
         try:
@@ -271,7 +272,7 @@ class Editor:
             self._exchange(exchange)
 
     def _step(self, action: Online) -> Answer:
-        """Take a step of an online edit, hand over the replacement of the program, and return the answer."""
+        """Perform a step of an online edit, hand over the program's replacement, and return the answer."""
         if self._exchanging:  # the stage depends on its outcome
             raise ValueError("the program is being replaced; try again in a moment")
         step, programs = self._online.take(action), self._programs

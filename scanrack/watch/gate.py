@@ -69,7 +69,7 @@ class Gate:
     def respond(
         self, path: str, host: str | None, origin: str | None, *, accepts: str = "", cached: str = ""
     ) -> Answer | None:
-        """Return the answer to a request; None if the request may open a socket.
+        """Return the answer to a request; None for a request that may open a socket.
 
         Args:
             accepts: the encodings that the browser accepts, from its Accept-Encoding header.
@@ -85,7 +85,7 @@ class Gate:
         return self._file("/index.html" if path == "/" else path, accepts, cached)
 
     def _file(self, path: str, accepts: str, cached: str) -> Answer:
-        """Return the answer with a file, as gzip if accepted; 304 if it is cached, 404 if there is none."""
+        """Return the answer with a file, as gzip if accepted; 304 if it is cached, 404 if it is missing."""
         file = self._files.get(path)
         if file is None:
             return _refusal(404, "no such file")
@@ -103,7 +103,7 @@ class Gate:
         return Answer(200, headers, body)
 
     def is_key(self, text: object) -> bool:
-        """Return whether a text is the session's key, in constant time."""
+        """Return whether a text is the session's key; the comparison takes constant time."""
         return isinstance(text, str) and hmac.compare_digest(text.encode("utf-8", "replace"), self._key)
 
 

@@ -36,17 +36,17 @@ _OPAQUE = re.compile(
     r"|(?<=[(,=:!&|?{};\[\n])\s*/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*+\]|[^/\\\n\[])++/[a-z]*",
     re.DOTALL,
 )
-"""A comment, a text, a regular expression, or a character that begins or ends a template's parts."""
+"""A comment, a text, a regular expression, or a character that begins or ends part of a template."""
 _MARGIN = re.compile(r"([,(\[])?\n\s*")
 """A line break and the indentation after it, with the bracket or comma before it."""
 _TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*+(?:`|\$\{)", re.DOTALL)
 """Text of a template up to its end or its next value."""
 _BLOCK_BEFORE = re.compile(r"(?:[);{}>]|\b(?:else|try|catch|finally|do)|^)\s*$")
-"""What may stand before the brace of a block."""
+"""Code that can precede the brace of a block."""
 _CLASS_BEFORE = re.compile(r"\bclass [\w$]+(?: extends [\w$.]+)?\s*$")
-"""What stands before the brace of a class."""
+"""Code that precedes the brace of a class."""
 _KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*+$")
-"""What may stand before a key of an object or a member of a class."""
+"""Code that can precede an object key or a class member."""
 
 
 class PageScript(NamedTuple):
@@ -206,7 +206,7 @@ def _cut_out(text: str) -> tuple[str, list[str]]:
 
 
 def _join_line(line_break: re.Match[str]) -> str:
-    """Return what replaces a line break: the bracket or comma before it, if any, otherwise a line break."""
+    """Return the replacement for a line break: the bracket or comma before it, otherwise a line break."""
     return line_break[1] or "\n"
 
 
@@ -269,7 +269,7 @@ def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[s
 
 
 def _kind(code: str, brace: int) -> str:
-    """Return what a brace at an index begins: "class", "block", or "object" for an object or pattern."""
+    """Return what begins at a brace: "class", "block", or "object" for an object or pattern."""
     text_before = code[max(0, brace - 80) : brace]
     if _CLASS_BEFORE.search(text_before):
         return "class"

@@ -41,7 +41,7 @@ class MonitorSupervisor:
     """The supervisor of a monitor.
 
     Args:
-        setup: what a monitor needs to know about the session.
+        setup: the data about the session that a monitor needs.
         listening: the server's socket, which all monitors use in turn.
         report: prints a message.
 
@@ -63,7 +63,7 @@ class MonitorSupervisor:
         )
 
     def watch(self, inbox: PipeInbox) -> None:
-        """Start restarting the monitor when it dies, and connect each monitor to the queue of actions."""
+        """Begin to restart the monitor whenever it dies, and connect each monitor to the queue of actions."""
         self._inbox = inbox
         self._thread.start()
 

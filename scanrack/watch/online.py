@@ -11,9 +11,9 @@
     try        any                     testing    the program's file, saved in an editor
     take       any                     assembled  the program's file, saved in an editor
 
-All pages share one accepted edit; the state has its rungs and the page that accepted it. In `base`, a step
-has the digest that its page has seen: for accept and save that of the running program, otherwise that of the
-edit. The step is refused if the program or the edit has changed since.
+All pages share one accepted edit; the state has its rungs and the page that accepted it. The `base` of a step
+is the digest that its page has seen: of the running program for accept and save, otherwise of the edit. The
+step is refused if the program or the edit has changed since.
 
 A step that replaces the program is recorded as an `Edit` with all files, so that a replay of the trace runs
 the same programs in the same scans.
@@ -100,7 +100,7 @@ class OnlineEdit:
         self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # the accepted program until it is used
 
     def take(self, action: Online) -> Step:
-        """Take a step.
+        """Perform a step.
 
         Raises:
             ValueError: the stage or the page's base does not allow the step, or the edited program can't be
@@ -126,7 +126,7 @@ class OnlineEdit:
         return step
 
     def undo(self, step: Step) -> None:
-        """Undo a step if its program could not replace the running one."""
+        """Undo a step whose program could not replace the running program."""
         self.stage, self.edit = step.stage, step.edit
 
     def settle(self) -> None:
@@ -207,7 +207,7 @@ class OnlineEdit:
 
 
 def _listed(changes: Sequence[FileChange]) -> str:
-    """Return the changed elements of a file, with reasons, as text; "" for a single one."""
+    """Return text with the changed elements of a file and the reasons; "" for a single element."""
     if len(changes) < 2:
         return ""
     shown_changes = [f"{change.element}: {change.why}" for change in changes[:MOST_CHANGES]]

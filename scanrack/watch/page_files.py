@@ -1,4 +1,4 @@
-"""The files of the page, prepared for browsers: all modules in one script, and the style inline.
+"""The files of the page, prepared for browsers: all modules in one script, and an inline style sheet.
 
 /              index.html with watch.css in it
 /page.js       all modules, see `joining`
@@ -77,7 +77,7 @@ class PageFiles:
         return ServedFile(body, kind)
 
     def _index(self, kind: str) -> ServedFile:
-        """Return the page with its style inline and with the joined script."""
+        """Return the page with its inline style sheet and the joined script."""
         style = self._text("watch.css")
         text = self._text("index.html").replace(SCRIPT, SCRIPT.replace(MAIN, PAGE))
         text = text.replace(STYLE_LINK, f"<style>{style}</style>")

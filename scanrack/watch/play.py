@@ -88,7 +88,7 @@ class Play:
     Args:
         listening: the socket for pages.
         folder: folder for temporary traces and copies of programs.
-        stack: closes what the sessions share, at the end of the command.
+        stack: closes shared objects of the sessions at the end of the command.
         key: key of an existing link, which pages must send; None = create a key.
     """
 
@@ -151,7 +151,7 @@ class Play:
         return self._prepared(Start(paused=self._options.arguments.paused), editions)
 
     def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
-        """Make the rack and open the ports and the trace of a session; return its run, ready to begin.
+        """Create the rack, and open the ports and the trace of a session; return its prepared run.
 
         If the run never begins, the end of the command closes them.
         """
@@ -221,7 +221,7 @@ class Play:
     def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
         """Return the session of a prepared run, connected to the monitor, pages, editor and tag clients.
 
-        The first one also makes the ring and starts the monitor.
+        The first session also creates the ring and starts the monitor.
         """
         run, start, pacer, options = prepared.run, prepared.start, prepared.pacer, self._options
         figures = MachineFigures(run.rack)
@@ -301,7 +301,7 @@ class Play:
         session.attend = attend_all
 
     def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
-        """Start the monitor and print its link; without a page, objects that do nothing stand in for it."""
+        """Start the monitor and print its link; without a page, use objects that do nothing."""
         options = self._options
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
         record = None if options.arguments.record is None else str(prepared.trace)

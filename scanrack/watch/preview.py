@@ -38,7 +38,7 @@ MOST_NAMES = 200
 
 
 def mistake_of(error: Exception, program: Path) -> Json:
-    """Return a mistake for a page as its text, the program's file, and the line or None.
+    """Return a mistake for a page: its text, the program's file, and the line or None.
 
     >>> from scanrack.io_images.site import Site, SiteError
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))
@@ -51,7 +51,7 @@ def mistake_of(error: Exception, program: Path) -> Json:
 
 
 def mistakes_of(error: Exception, program: Path) -> list[Json]:
-    """Return all mistakes of an edit for a page, with texts that do not begin with the line."""
+    """Return all mistakes in an edit for a page, with texts that do not begin with the line."""
     for cause in reversed(list(_causes(error))):  # the outermost error only names the program
         if isinstance(cause, EditRefusal):
             return _refusals(cause, program)
@@ -155,7 +155,7 @@ def rows_of(old_text: str, new_text: str, marked: Iterable[tuple[str, int | None
     r"""Return the changed and the marked lines of two texts, with the lines around them.
 
     A row has `sign` (" ", "+", "-"), line numbers `old` and `new`, from 1, or None, and `text`. A row without
-    a text replaces omitted lines. A marked line is `("old", 12)` for the old text, or `("new", 12)`.
+    text replaces omitted lines. A marked line is `("old", 12)` for the old text, or `("new", 12)`.
 
     >>> [(row["sign"], row["new"], row["text"]) for row in rows_of("a\nb", "a\nc")]
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]

@@ -1,4 +1,4 @@
-"""Breakpoints in a Python program or list of steps, on a line that runs or a value that changes.
+"""Breakpoints in a Python program or list of steps, at a line that runs or on a value that changes.
 
 The session pauses after the scan.
 """
@@ -36,10 +36,10 @@ class PythonStops(Observer):
         self._logic, self._file = logic, file
         self._line_breakpoints: set[int] = set()
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: code that reads it, latest value
-        self._running: set[int] = set()
+        self._running: set[int] = set()  # lines that have run since the last look at `stops`
         self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
-        self._watch.only()  # remove the observers of the session from which this one branches
+        self._watch.only()  # no observers: a branch is a copy of a session, with that session's observers
 
     @property
     def stops(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""`scanrack watch TRACE`: shows a trace in the same page as a running rack."""
+"""`scanrack watch TRACE`: shows a trace on the same page as a running rack."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from .play import Play
 
 Prepare = Callable[..., None]
-"""Prepares branches: `Play.prepare_branch`."""
+"""A function that prepares branches: `Play.prepare_branch`."""
 
 UNTRUSTED = (
     "The program is not shown, since Python that came with a trace must run to show its values. "
@@ -87,7 +87,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         branches: list[Play] = []
 
         def prepare(*arguments: Any, **options: Any) -> None:
-            """Prepare a branch, which runs after the page of the trace; a later one replaces it."""
+            """Prepare a branch, which runs when the page of the trace ends; a later branch replaces it."""
             from .play import Play  # imported late, since its imports would delay the first page
 
             watch_options = WatchOptions(
@@ -122,8 +122,8 @@ def open_beside(path: Path) -> OpenedBeside:
     """Open a trace for comparison, without running Python that came with it.
 
     Raises:
-        ValueError: the recording can't be used.
-        OSError: the recording can't be read.
+        ValueError: the trace can't be used.
+        OSError: the trace can't be read.
     """
     with ExitStack() as stack:
         monitor = open_to_read(stack, path, trust=False)

@@ -24,14 +24,15 @@ from .monitors.page import Page
 from .monitors.questions import handle_message
 
 HZ, IDLE_HZ = 30, 10
-"""Frames per second with open pages, and without any."""
+"""Frames per second with and without open pages."""
 
 BUSY_S = 0.025
 """Maximum time for which a monitor works between two frames, s."""
 
 MESSAGE_MOST = 1 << 16
 OUTBOX_MOST = 200
-"""Maximum number of waiting messages for a page. Requests of a page that does not read them are dropped."""
+"""Maximum number of waiting messages for a page. If a page does not read its messages, its requests are
+dropped."""
 
 PAGES_MOST = 8
 STRANGERS_MOST = 16
@@ -92,7 +93,7 @@ class Server:
                 await asyncio.sleep(1 / HZ)
 
     def _ended(self) -> bool:
-        """Return whether the session is over: the monitor is, or the scan process has closed the pipe."""
+        """Return whether the session is over: the monitor has ended, or the scan process closed the pipe."""
         if self._monitor.over:
             return True
         if self._pipe is None:
@@ -137,7 +138,7 @@ class Server:
             await self._serve(connection)
 
     async def _sends_key(self, connection: ServerConnection) -> bool:
-        """Return whether the first message of a socket, within `KEY_S`, has the key."""
+        """Return whether the first message of a socket has the key and arrives within `KEY_S`."""
         try:
             message = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
         except (ValueError, TimeoutError, ConnectionClosed):
@@ -161,7 +162,7 @@ class Server:
                 await sending
 
     def _take(self, page: Page, text: str | bytes) -> None:
-        """Handle a message; refuse it if there are too many, drop it if the page reads no answers."""
+        """Handle a message; refuse it if there are too many, or drop it if the page reads no answers."""
         if len(page.outbox) >= OUTBOX_MOST:
             return
         if not page.may_send():

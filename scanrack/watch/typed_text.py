@@ -1,4 +1,4 @@
-"""Edits of a program's text in a page: which programs a page may edit, and the preview of an edit."""
+"""Edits of a program's text on a page: the programs that a page may edit, and the preview of an edit."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ TYPED_SUFFIXES = (".rung", ".st", ".py")
 """Suffixes of programs that a page can edit."""
 
 Answer = Callable[[], Json]
-"""Called between two scans; returns the answer for a page, or raises ValueError to refuse."""
+"""A function called between two scans, which returns the answer for a page or raises ValueError to refuse."""
 
 
 class TypedText:
     """Edits of the text of a program.
 
     Args:
-        trust: whether Python that is typed in a page may run.
+        trust: whether Python that is typed on a page may run.
     """
 
     def __init__(self, programs: EditedPrograms, run: JobRun, *, trust: bool) -> None:
@@ -54,7 +54,7 @@ class TypedText:
             raise ValueError(f"{source['file']} was changed by another program; reload it, then edit")
 
     def preview(self, draft: Draft) -> Answer:
-        """Load an edited text with a copy of the running files; return a function that makes a preview."""
+        """Load an edited text with a copy of the running files; return a function that previews it."""
         data = draft.text.encode()
         load = lambda: self._programs.with_file(data)[1]  # noqa: E731
         return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
@@ -64,7 +64,7 @@ class TypedText:
         return self._previewed(self._programs.saved_text(), "", self._programs.from_disk, effects=True)
 
     def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool) -> Answer:
-        """Load an edited program with `load`; return a function that makes its preview or its mistakes."""
+        """Load an edited program with `load`; return a function that creates its preview or its mistakes."""
         program = self._programs.file
         show_preview = partial(preview_of, program, (self._programs.running_text, text))
         try:

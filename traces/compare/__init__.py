@@ -1,4 +1,4 @@
-"""Compares two traces, and finds the first scan that differs and all differences.
+"""Compares two traces; finds the first scan that differs, and all differences.
 
     with open_trace("a.mcap") as a, open_trace("b.mcap") as b:
         comparison = compare(a, b, Tolerance(time_ns=4_000_000, counts=2))
@@ -13,7 +13,8 @@ Both traces are read block by block, in one pass:
     findings    the first difference, and the extent of each difference, over all blocks
     report      the findings as text
 
-Without a tolerance, scans are paired by number, and every word counts. With a tolerance, as for recordings of
+Without a tolerance, scans are paired by number, and every word is compared. With a tolerance, as for
+recordings of
 real hardware, scans are paired by time, and each trace must have the other's values within the tolerance.
 """
 

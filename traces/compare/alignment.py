@@ -45,7 +45,7 @@ SAME_CLOCK = TimeMap()
 
 
 def align(a: Trace, b: Trace, event: str) -> TimeMap:
-    """Return the time conversion that makes an event simultaneous in both traces.
+    """Return the time conversion that aligns an event in both traces.
 
     Args:
         event: "start" for the first scan, or the name of a bit for the first scan in which the bit rises.
@@ -57,7 +57,7 @@ def align(a: Trace, b: Trace, event: str) -> TimeMap:
 
 
 def realign(a: Trace, b: Trace, bit: str) -> TimeMap:
-    """Return the time conversion that makes each rise of a bit simultaneous in both traces.
+    """Return the time conversion that aligns each rise of a bit in both traces.
 
     Small delays, such as those on a real machine, therefore do not accumulate. If one trace has more rises,
     its last ones are ignored.

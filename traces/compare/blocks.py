@@ -117,7 +117,7 @@ def _unequal(a: Columns, b: Columns) -> Rows:
 
 
 def _some_rows(columns: Columns, rows: Rows) -> Columns:
-    """Return the given rows, which must be ascending; adjacent rows are not copied."""
+    """Return the given rows, which must be in ascending order; adjacent rows are not copied."""
     if len(rows) and rows[-1] - rows[0] + 1 == len(rows):
         return columns.rows(rows[0], rows[-1] + 1)
     return columns.at(rows)
@@ -150,7 +150,7 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
     """Return the windows of a block's rows in the other trace, by time.
 
     A scan is in force until the next scan. A row has a counterpart if its time is within the other trace's
-    range, extended by the tolerance. It is judged only if the other trace has all scans of its window.
+    range, extended by the tolerance. It is compared only if the other trace has all scans of its window.
 
     Args:
         end: the block's end row in `own`; the block starts at `own.row`.
@@ -195,7 +195,7 @@ def _end_by_time(a: Stream, b: Stream, block_scans: int) -> int:
 
 
 def _begin_next_block(a: Stream, b: Stream, end_a: int, end_b: int, tolerance_ns: int) -> None:
-    """Begin the next block; drop rows that neither its windows nor a report needs."""
+    """Begin the next block; drop rows that neither its windows nor the report need."""
     if end_a == len(a):
         a.row, b.row = end_a, end_b
         return

@@ -70,14 +70,15 @@ def compare(
 ) -> Comparison:
     """Compare two traces.
 
-    Without a tolerance, scans are paired by number, and all bits and times count. With a tolerance, scans are
+    Without a tolerance, scans are paired by number, and all bits and times are compared. With a tolerance,
+    scans are
     paired by time, see `differing`. Both traces are read block by block, so memory use does not depend on
     their length; a block also has the scans within the tolerance.
 
     Args:
         clock: converts times of the second trace to times of the first, see `align`; with any clock but
             `SAME_CLOCK`, scans are paired by time.
-        progress: called for each chunk with the number of scans it has from the first trace.
+        progress: called for each chunk with its number of scans in the first trace.
     """
 
     def read_parts() -> Iterator[Columns]:
@@ -197,8 +198,8 @@ def _heads(a: Trace, b: Trace, tags: CommonTags) -> tuple[Difference, ...]:
 def differing_sequences(a: Trace, b: Trace, *, exact: bool) -> Iterator[Difference]:
     """Yield the first differing step of each sequence whose waits differ in the two traces.
 
-    Line numbers do not count, because an added comment changes the line numbers below it. Both traces are
-    read side by side, so memory use does not depend on the number of steps.
+    Line numbers are ignored, because an added comment changes the line numbers below it. Both traces are read
+    in parallel, so memory use does not depend on the number of steps.
 
     Args:
         exact: whether a wait must also begin in the same scan.

@@ -5,7 +5,7 @@ or the level of a bit, must occur in the window. A count must be between the lea
 the window, plus or minus the tolerance in counts. An edge may therefore be early or late by up to the time
 tolerance.
 
-If scans are paired by number, the window is a single scan and every bit counts.
+If scans are paired by number, the window is a single scan and every bit is compared.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     """Return the fields that differ in a block.
 
     Args:
-        counts: allowed difference between a count and its window; None = every bit counts.
+        counts: allowed difference between a count and its window; None = every bit is compared.
     """
     differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):

@@ -108,7 +108,7 @@ class Field:
 
 
 FLAG_BITS = ("mode.0", "mode.1", *(CPU_FLAGS.get(number, f"flags.{number}") for number in range(2, 16)))
-"""The CPU's flags by name, see docs/traces.md."""
+"""The controller's flags by name, see docs/traces.md."""
 
 _COMPARED_FLAGS = np.uint32(~OVERRUN & 0xFFFF)
 
@@ -122,7 +122,7 @@ FLAGS = Field(
     key=lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
     bits=FLAG_BITS,
 )
-"""The CPU's flags without the late-scan flag, which depends on the computer."""
+"""The controller's flags without the late-scan flag, which depends on the computer."""
 
 TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, word=0, words=1, key=lambda times: times)
 """The time of a scan; compared where scans are paired by number."""
@@ -144,7 +144,7 @@ def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) 
 
 
 def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
-    """Yield the fields of a slot; without modes, each word is one, compared by bits if they have names."""
+    """Yield the fields of a slot; without modes, each word is a field, compared by its bits if named."""
     if slot.words.modes is not None:
         for direction in ("in", "out"):
             yield from _moded_fields(slot, direction, formats)

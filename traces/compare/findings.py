@@ -1,4 +1,4 @@
-"""Collects the differences of all blocks: the first scan that differs, and the extent of each one."""
+"""Collects the differences of all blocks: the first scan that differs, and the extent of each difference."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ def _scan(side: Side, row: int) -> Scan:
 
 
 _LONGEST_EXCHANGE_NS = 2_000_000_000
-"""Longest time from an event to its scan, which is two exchanges of the slowest rack."""
+"""Longest time from an event to its scan, which is two I/O exchanges of the slowest rack."""
 
 
 def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 
 def _equal_count(a: Sequence[Row], b: Sequence[Row]) -> int:
-    """Return the number of rows at the beginning that are equal."""
+    """Return the number of equal rows at the beginning."""
     equal_pairs = takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False))
     return sum(1 for _ in equal_pairs)
 
@@ -99,7 +99,7 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
 
 
 def _words_text(detail: Detail) -> str:
-    """Return where a detail's words are, and the values of two words; "" for the CPU and for tags."""
+    """Return the location of a detail's words, and the values of two words; "" for the CPU and for tags."""
     if detail.slot is None:
         return ""
     if len(detail.words_a) == 1:
@@ -109,7 +109,7 @@ def _words_text(detail: Detail) -> str:
 
 
 def _rules(first: First, names: Names) -> Iterator[str]:
-    """Yield the rules that fired in the first scan that differs, starting with those of both traces."""
+    """Yield the rules that fired in the first scan that differs, starting with the rules of both traces."""
     common_rules = [rule for rule in first.rules_a if rule in first.rules_b]
     own_rules = [
         (name, rule)

@@ -147,7 +147,7 @@ class Stream:
         return self._keys[0]
 
     def row_of(self, key: int) -> int:
-        """Return the first row whose key is at least this key."""
+        """Return the first row with this key or a greater key."""
         return int(np.searchsorted(self.keys, key, "left"))
 
     def in_force(self, times_ns: Keys | int) -> Rows:

@@ -61,14 +61,14 @@ class CommonTags:
         for columns in parts:
             tags = np.zeros(len(columns.scan), self.dtype)
             for name, field_pair in self._pairs.items():
-                field = field_pair[side]
+                field, named_field = field_pair[side], field_pair[0]  # both sides use the first trace's names
                 assert columns.tags is not None, "the trace has tags"
                 values = columns.tags[field.name]
                 if field.tag.type in CODES:
                     values = self._shared_codes(values, code_names(field, self._texts[side]))
                 values = wide(values) if _are_mixed(*field_pair) else values
                 if field.tag.length:
-                    for index, address in enumerate(field_pair[0].tag.addresses):
+                    for index, address in enumerate(named_field.tag.addresses):
                         tags[address] = values[:, index]
                 else:
                     tags[name] = values
@@ -148,7 +148,7 @@ def wide(values: Array) -> Array:
 
 
 def _number_text(value: Any) -> str:
-    """Return a number, or a pair of `wide`, as text."""
+    """Return a number, or a pair from `wide`, as text."""
     if not isinstance(value, complex):
         return str(value)
     if np.isinf(value.real):

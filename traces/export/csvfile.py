@@ -26,10 +26,10 @@ def write_csv(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a CSV file; return the number of rows. Arguments as in `table`.
+    """Write a trace as a CSV file; return the number of rows. The arguments are the same as in `table`.
 
     Raises:
-        UnknownSignalError, EmptySelectionError: as `table`.
+        UnknownSignalError, EmptySelectionError: see `table`.
     """
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
@@ -65,7 +65,7 @@ def _bits(columns: Sequence[Column]) -> list[str]:
 
 
 def _cells(column: Column) -> list[str]:
-    """Return the values of a column as cells, empty where one is missing."""
+    """Return the values of a column as cells; the cell of a missing value is empty."""
     values = list(map(str, column.values.tolist()))
     if column.values.dtype == object:
         values = list(map(_quoted, values))

@@ -1,6 +1,7 @@
-"""Decoded values of steppers as one more field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
+"""Decoded values of steppers as another field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
-A recording does not have them, because they follow from the words. Exported copies add them, see
+A recording does not contain them, because they can be calculated from the words. Exported copies add them,
+see
 `export.write_mcap`. Values are float64, NaN in configuration mode; bits are bool. A field's name is its
 signal's name in lower case:
 
@@ -89,7 +90,7 @@ class DecodedValues:
         )
 
     def rows(self, block: Block) -> NDArray[Any]:
-        """Return the values in every scan of a block, one row per scan."""
+        """Return the decoded values of a block, one row per scan."""
         rows = np.zeros(len(block), self.dtype)
         for column in self._columns:
             rows[column.field] = column.signal.read(block)

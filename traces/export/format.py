@@ -1,4 +1,4 @@
-"""An export format; each format's module defines one as `FORMAT`, and `formats` lists them."""
+"""An export format. Each format's module defines one as `FORMAT`; `formats` lists them."""
 
 from __future__ import annotations
 

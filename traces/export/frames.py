@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> pandas.DataFrame:
-    """Return a trace as a pandas DataFrame; a column that may have missing values has pandas' type Int64.
+    """Return a trace as a pandas DataFrame; columns that can have missing values have pandas' type Int64.
 
     Args:
         signals: names or patterns; empty = all bits and decoded values.
@@ -64,7 +64,7 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 def _series_by_name(
     trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
 ) -> dict[str, Any]:
-    """Read the selected signals; return, by name, what `series` makes of each signal's whole column."""
+    """Read the selected signals; return, by name, the result of `series` for each signal's whole column."""
     columns_by_name: dict[str, list[Column]] = {}
     for columns in table(trace, signals, selection):
         for column in columns:

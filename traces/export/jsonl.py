@@ -28,10 +28,10 @@ def write_jsonl(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as JSON lines; return the number of lines. Arguments as in `table`.
+    """Write a trace as JSON lines; return the number of lines. The arguments are the same as in `table`.
 
     Raises:
-        UnknownSignalError, EmptySelectionError: as `table`.
+        UnknownSignalError, EmptySelectionError: see `table`.
     """
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)

@@ -1,4 +1,4 @@
-"""Copies a trace, and adds each stepper's decoded position, speed and status bits for any viewer.
+"""Copies a trace with each stepper's decoded position, speed and status bits, for any viewer.
 
     scan, flags, slots, tags      as recorded, byte for byte
     decoded                       after them, see `export.decoded`
@@ -81,7 +81,7 @@ def write_mcap(
 
 
 class CountingFile:
-    """An open file that counts the bytes written, because a pipe has no position.
+    """An open file that counts the written bytes, because a pipe has no position.
 
     Args:
         file: the file, open for writing bytes.
@@ -172,7 +172,7 @@ class CopyWriter:
         self.scans += len(recorded)
 
     def add_event(self, event: TraceEvent, selection: Selection) -> None:
-        """Write an event if its scan is selected; always write texts and steps, which later scans need."""
+        """Write an event if its scan is selected. Always write texts and steps; later scans need them."""
         if event.topic in _NEEDED_LATER or selection.has(event.scan, event.now_ns):
             self._writer.add_event(self._channels[event.topic], event.scan, event.now_ns, event.fields)
 

@@ -19,7 +19,7 @@ from .table import Column, table
 PARQUET = beginning("a Parquet file", b"PAR1")
 
 ROWS = 65_536
-"""Minimum rows per row group except the last, since small groups compress poorly and are slow to read."""
+"""Minimum rows in each row group but the last, since small groups compress poorly and are slow to read."""
 
 
 def write_parquet(
@@ -30,11 +30,11 @@ def write_parquet(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a Parquet file with zstd; return the number of rows. Arguments as in `table`.
+    """Write a trace as a Parquet file with zstd; return the number of rows. For the arguments, see `table`.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
-        UnknownSignalError, EmptySelectionError: as `table`.
+        UnknownSignalError, EmptySelectionError: see `table`.
     """
     pyarrow, parquet = need("pyarrow", "parquet"), need("pyarrow.parquet", "parquet")
     batches = (_batch(pyarrow, columns) for columns in table(trace, signals, selection, progress=progress))

@@ -52,7 +52,7 @@ def _columns(block: Block, signals: Sequence[Signal]) -> list[Column]:
 
 
 def _column(signal: Signal, values: Array) -> Column:
-    """Return a signal's values as a column: whole numbers for decoded values, names or texts for codes."""
+    """Return a signal's values as a column: integers for decoded values, names or texts for codes."""
     if signal.kind is SignalKind.VALUE:
         return Column(signal.name, *whole_numbers(values))
     if signal.kind is SignalKind.CODE:

@@ -115,7 +115,7 @@ class Variable:
 
 
 class ExactReal(float):
-    """A float that is written with all its digits, since pyvcd writes only sixteen, which can change it."""
+    """A float that is written with all its digits, since pyvcd's sixteen digits can change its value."""
 
     @override
     def __format__(self, _spec: str) -> str:
@@ -163,7 +163,7 @@ def _written_values(values: Array, signal: Signal) -> list[Any]:
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
-    """Yield time, handle and new value of each change, in order of time."""
+    """Yield the time, handle and new value of each change, in order of time."""
     rows_by_variable: list[Array] = []
     new_values: list[tuple[Any, Any]] = []  # handle and value of each change, variable by variable
     for variable in variables:

@@ -35,7 +35,7 @@ LOOK_BYTES = 1024
 
 
 class OwnedError(ValueError):
-    """An output must not replace an existing file; the message names the file and the remedy."""
+    """The existing file must not be replaced; the message names the file and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class FileKind:
 
 
 def beginning(name: str, *begins: bytes) -> FileKind:
-    """Return a kind that is recognized by how its files begin, ignoring case and leading blanks."""
+    """Return a kind of file that is recognized by its beginning, ignoring case and leading blanks."""
     starts = tuple(prefix.lower() for prefix in begins)
     return FileKind(name, lambda content: content.lstrip().lower().startswith(starts))
 

@@ -1,4 +1,4 @@
-"""Keeps earlier recordings under numbered names when a new one is made; the most recent has number 1.
+"""Keeps earlier recordings under numbered names when a new one begins; the most recent has number 1.
 
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap             before, with 3 kept at most
        `---------, `---------, `---------, `----------,
@@ -6,7 +6,7 @@
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest is removed
 
 If the new recording equals the previous one, byte for byte, all files get their previous names back. A killed
-process leaves one file more than the limit; it is removed at the end of the next recording.
+process leaves one file more than the limit, which is removed at the end of the next recording.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class RecordingKeeper:
         self._moved: list[int] = []  # numbers before the move, in the order of the moves
 
     def names(self) -> list[Path]:
-        """Return all names that may be moved, including the new recording's."""
+        """Return all names that may be moved, including the name of the new recording."""
         return [self._name(path, number) for number in range(self._most + 2) for path in self._paths]
 
     def begin(self) -> None:
@@ -110,10 +110,10 @@ class RecordingKeeper:
 
 
 def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:
-    """Raise an error if recordings would replace a file that is not one, or move a file in use.
+    """Raise an error if recordings would replace a file that is not a recording, or move a file in use.
 
     Args:
-        keeping: keeps the existing files; None if they are replaced.
+        keeping: the keeper of the existing files; None if the files are replaced.
 
     Raises:
         OwnedError: see `check_output`.

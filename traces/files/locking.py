@@ -1,4 +1,4 @@
-"""Advisory locks, which let only one process at a time record into a file or replace it.
+"""Advisory locks. Only one process at a time can record into a file or replace it.
 
     a recording     the file itself is locked until it is closed
     a replacement   .NAME.lock beside the file, while it is read, changed and replaced
@@ -36,10 +36,10 @@ else:
 
 
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Flag of `open` that refuses symbolic links; 0 if the system has none."""
+"""Flag of `open` that refuses symbolic links; 0 if the system lacks this flag."""
 
 _NAME_BYTES = 200
-"""Maximum bytes of a name to which a prefix and suffix are added; file systems allow 255 bytes in all."""
+"""Maximum bytes of a name before a prefix and suffix are added; file systems allow 255 bytes in total."""
 
 
 def beside(path: Path, ending: str) -> Path:
@@ -126,7 +126,7 @@ def _locked(lock: Path, path: Path) -> int:
 
 
 def _is_still_there(path: Path, number: int) -> bool:
-    """Return whether a path still leads to an open file."""
+    """Return whether a path still refers to an open file."""
     try:
         return os.path.samestat(os.stat(path), os.fstat(number))
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Replaces files completely or not at all; all outputs that replace a file are written here.
+"""Replaces files completely or not at all. Every output that replaces a file is written by this module.
 
     lock     .NAME.lock
     open     .NAME.9f3a61c04d2e77b1.part     a random name, exclusive, no links followed
@@ -106,7 +106,7 @@ def replacing(
     locked: bool = False,
     **options: Any,
 ) -> Iterator[Draft]:
-    """Open a draft beside a file; `Draft.replace_target` replaces the file, otherwise the draft is removed.
+    """Open a draft next to a file; it is removed unless `Draft.replace_target` replaces the file with it.
 
     Arguments and errors are the same as in `new_file`.
     """
@@ -126,7 +126,7 @@ def replacing(
 
 @contextmanager
 def naming(path: Path | str, *helper_files: Path) -> Iterator[None]:
-    """Name `path` in an OSError that names no file (such as for a full disk) or one of `helper_files`."""
+    """Add `path` to an OSError that names no file (as for a full disk) or one of `helper_files`."""
     try:
         yield
     except OSError as error:

@@ -1,6 +1,6 @@
-"""Renames and replaces files, waiting while another program has a file open.
+"""Renames and replaces files; waits while another program has a file open.
 
-Windows can't rename or replace an open file, and virus scanners and indexers open each new file for a moment.
+Windows can't rename or replace an open file. Virus scanners and indexers briefly open each new file.
 On other systems, the same error means that a permission is missing.
 """
 

@@ -13,7 +13,7 @@ _DEVICE = re.compile(DEVICE, re.IGNORECASE)
 
 
 def no_device(name: str) -> str:
-    """Return the name of a file or folder, changed if it names a device on Windows.
+    """Return the name of a file or folder; change the name if it refers to a device on Windows.
 
     >>> no_device("aux"), no_device("COM3.mcap"), no_device("comb")
     ('aux_', 'COM3_.mcap', 'comb')
@@ -23,7 +23,7 @@ def no_device(name: str) -> str:
 
 
 def relative(path: PurePath | str, folder: PurePath | str) -> str:
-    """Return the path from a folder to a file, with "/"; the absolute path for a file on another drive."""
+    """Return a file's path relative to a folder, with "/"; on another drive, return the absolute path."""
     try:
         relative_path = relpath(path, folder)
     except ValueError:

@@ -1,7 +1,7 @@
 """Checks that a file being written still exists under its name, with the written content.
 
-Without this check, a writer does not notice that another program has removed, replaced or truncated its file,
-because all writes succeed but the data is lost.
+Without this check, a writer does not notice that another program has removed, replaced or truncated its file:
+all writes succeed, but the data is lost.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ HEAD_BYTES = 1 << 16
 
 
 class Presence:
-    """Detects that another program changes a file while it is written.
+    """Detects changes that another program makes to a file while it is written.
 
     Args:
         path: path of the file.
@@ -37,7 +37,7 @@ class Presence:
             self._is_cut = True
 
     def loss(self, size: int) -> str | None:
-        """Return what happened to the file, which should have `size` bytes; None if it is intact."""
+        """Describe the damage to the file, which should have `size` bytes; return None if it is intact."""
         self.check_size(size)
         own_status = os.fstat(self._number)
         try:

@@ -48,7 +48,7 @@ class ScanBatch:
         self._start(channel, room, len(memory), memoryview(memory).tobytes)  # faster than bytes
 
     def _start(self, channel: int, room: int, body_bytes: int, copy: Callable[[], bytes]) -> None:
-        """Prepare the head of the records; `copy` returns the `body_bytes` after a scan's flags."""
+        """Prepare the head of the records; `copy` returns the `body_bytes` bytes after a scan's flags."""
         self.room = room
         self.stride = HEAD_BYTES + body_bytes
         self._copy = copy
@@ -69,7 +69,7 @@ class ScanBatch:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function to call after the logic of each scan recorded as a row; None if there are no tags.
+        """The function to call after the logic of each scan that is recorded as a row; None without tags.
 
         It returns whether messages will follow the scan, which then ends the rows.
         """
@@ -139,7 +139,7 @@ class TagBatch(ScanBatch):
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function that copies a row's tags, and returns whether messages will follow its scan."""
+        """The function that copies a row's tags and returns whether messages will follow its scan."""
         return self._look
 
     def _look(self) -> bool:

@@ -5,7 +5,7 @@
     speed float64  at 8       after three bytes of padding
 
 This is version 1 of the encoding, as the prefix 00 01 00 00 of a payload states [OMG DDS-XTypes 1.3,
-7.4.1.1]. Nested messages have no alignment of their own.
+7.4.1.1]. Nested messages have no separate alignment.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def leaves(
         messages: messages that may be types of fields, by name.
 
     Raises:
-        ValueError: a field has no fixed size, is of an unknown type, or messages are nested too deep.
+        ValueError: a field has no fixed size or has an unknown type, or messages are nested too deeply.
     """
     if len(path) > DEPTH_MAX:
         raise ValueError(f"messages are nested more than {DEPTH_MAX} deep")

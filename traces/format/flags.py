@@ -22,7 +22,7 @@ FLAGS = {
     7: "TAGS_FROM_OUTSIDE",  # a tag is forced, or was set from outside since the previous scan
 }
 # fmt: on
-"""The flags by number of their bit."""
+"""The flags by bit number."""
 
 
 def flag_names(flags: int) -> list[str]:

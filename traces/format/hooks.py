@@ -1,4 +1,4 @@
-"""Functions that implement methods of a trace in modules that depend on the reader.
+"""Functions in modules that depend on the reader; they implement methods of a trace.
 
 `scanrack.traces` sets them, so that the reader does not import these modules.
 """

@@ -44,7 +44,7 @@ class SlotInfo:
     words: ModuleWords = _BY_NAME
 
     def __post_init__(self) -> None:
-        """Use the default words if none are given, and note the kind of a card in its words."""
+        """Use the default words if none are given, and add the kind of a card to its words."""
         if self.words is _BY_NAME:
             words = WORDS_3601 if self.module == "amci3601" else PLAIN_WORDS
             object.__setattr__(self, "words", words)
@@ -55,7 +55,7 @@ class SlotInfo:
 
     @property
     def is_stepper(self) -> bool:
-        """Whether the slot has a 3601's words, because it has the module itself or an adapter.
+        """Whether the slot has the words of a 3601, which is true for a 3601 and for an adapter.
 
         >>> SlotInfo(1, "amci3601").is_stepper, SlotInfo(2, "my own").words.inputs[2]
         (True, 'word2')

@@ -20,8 +20,8 @@ class Limits:
     """Limits for one trace.
 
     Attributes:
-        chunk_bytes: maximum bytes of an unpacked chunk. Our chunks are 1 MiB, and other writers' chunks are 4
-            MiB.
+        chunk_bytes: maximum bytes of an unpacked chunk. scanrack's chunks are 1 MiB, and chunks of other
+            writers are 4 MiB.
         records: maximum number of records in a chunk, or outside of the chunks in a file. More are allowed if
             their average size is at least the size of an empty message.
     """
@@ -30,7 +30,7 @@ class Limits:
     records: int = RECORDS
 
     def too_many(self, count: int, size: int) -> bool:
-        """Return whether a number of records in a number of bytes exceeds the limits.
+        """Return whether `count` records in `size` bytes exceed the limits.
 
         >>> Limits(records=10).too_many(10, 90), Limits(records=10).too_many(11, 99)
         (False, True)
@@ -44,7 +44,7 @@ _limits: ContextVar[Limits] = ContextVar("limits", default=Limits())  # noqa: B0
 
 
 def limits() -> Limits:
-    """Return the limits in force."""
+    """Return the current limits."""
     return _limits.get()
 
 

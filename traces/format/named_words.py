@@ -130,7 +130,7 @@ def _numbers(text: str) -> dict[str, Any]:
 
 
 def _quantity(table: Mapping[str, Any]) -> Quantity:
-    """Return a quantity from the metadata; the errors that it raises are handled by `_numbers`."""
+    """Return a quantity from the metadata; `_numbers` handles its errors."""
     format = table["format"]
     return Quantity(
         name=str(table["name"]),
@@ -149,7 +149,7 @@ def _are_words(names: Sequence[str]) -> bool:
 
 
 def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
-    """Return the named bits from the metadata, by group; raise ValueError for one outside of the images."""
+    """Return the named bits from the metadata, by group; raise ValueError for a bit outside the images."""
     try:
         data = json_value(text)
         return {
@@ -161,7 +161,7 @@ def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
 
 
 def _bit_place(name: str, place: Sequence[Any], sizes: Mapping[str, int]) -> BitPlace:
-    """Check the place of a bit, and return it as image, word and bit number.
+    """Check the location of a bit, and return its image, word and bit number.
 
     Args:
         sizes: number of words by image.

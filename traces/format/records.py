@@ -4,7 +4,7 @@
     opcode u8 | length u64 | content          a record; again and again, the footer last
     89 "MCAP0" 0D 0A                          magic
 
-Only whole records are returned; errors name the offset of a damaged record.
+Only complete records are returned. Errors name the offset of a damaged record.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from .limits import limits
 MAGIC = b"\x89MCAP0\r\n"
 
 RECORD_HEAD = struct.Struct("<BQ")
-"""Head of every record: opcode, length of the content."""
+"""Head of every record: its opcode and the length of its content."""
 
 DRAFT = 0xD7
-"""Our private record, a placeholder for an unfinished chunk whose messages follow it uncompressed."""
+"""scanrack's private record: a placeholder for an unfinished chunk whose messages follow uncompressed."""
 
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
@@ -58,7 +58,7 @@ class Damage(str):
 
 
 def note_of(error: TraceError, outcome: str) -> str:
-    """Return a note about an error and its outcome, such as "it is left out"; `Damage` for DamageError."""
+    """Return a note about an error and its outcome, such as "it is left out"; a Damage for a DamageError."""
     text = f"{error}; {outcome}"
     return Damage(text) if isinstance(error, DamageError) else text
 
@@ -94,7 +94,7 @@ class Message(NamedTuple):
 
 
 def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R]) -> R:
-    """Read a record with the `read` of its class in `mcap.records`.
+    """Read a record with the `read` function of its class in `mcap.records`.
 
     Raises:
         TraceError: the record's content is damaged; the message names its offset.
@@ -214,7 +214,7 @@ _UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
     "zstd": _unpack_zstd,
     "lz4": _unpack_lz4,
 }
-"""Decompressors of chunks by compression name; arguments: data, maximum number of bytes to return."""
+"""Decompressors of chunks, by name of the compression. Arguments: data, maximum number of bytes to return."""
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -236,8 +236,8 @@ def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
     """Yield the messages, channels and schemas in a chunk's data, with their offsets.
 
     Raises:
-        ValueError, struct.error: the data are not whole records.
-        TraceLimitError: there are too many records; the caller completes the message into a sentence.
+        ValueError, struct.error: the data are not complete records.
+        TraceLimitError: there are too many records; the caller completes the message.
     """
     offset = count = 0
     while offset < len(data):
@@ -256,10 +256,10 @@ def check_count(count: int, size: int) -> None:
 
 
 def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, int]:
-    """Return the record at `offset` (None if it is of any other kind) and the next record's offset.
+    """Return the record at `offset` (None for another kind of record) and the offset of the next record.
 
     Raises:
-        ValueError, struct.error: the data are not a whole record.
+        ValueError, struct.error: the data are not a complete record.
     """
     opcode, length = RECORD_HEAD.unpack_from(data, offset)
     start = offset + RECORD_HEAD.size

@@ -1,4 +1,4 @@
-"""The schema of a scan, which gives any MCAP viewer named fields for the raw words.
+"""The schema of a scan, with which any MCAP viewer shows the raw words as named fields.
 
 `ros2msg` text with the nested definitions after separators, one message type
 per module and direction:
@@ -40,13 +40,13 @@ from .named_words import SEPARATOR, split_schema
 from .tagplan import FIELD, TagPlan
 
 FORMAT = 1
-"""Version of the format; a reader refuses later versions."""
+"""Version of the format. Readers refuse later versions."""
 
 FORMAT_WITH_TAGS = 2
-"""Version of a trace with fields after the slots; a trace without them keeps `FORMAT` and its bytes."""
+"""Version of a trace with fields after the slots. A trace without these fields has version `FORMAT`."""
 
 LIBRARY = "scanrack "
-"""Prefix of our software's name in a file's header; the version follows."""
+"""Prefix of scanrack's name in a file's header; the version follows it."""
 
 METADATA = "scanrack"
 """Name of the metadata record."""
@@ -83,12 +83,12 @@ class ScanSchema:
 
     @property
     def name(self) -> str:
-        """The schema's name, one per layout."""
+        """The schema's name. Each layout has its own name."""
         return NAME_STEM + self.layout
 
 
 ExtraField = tuple[str, Sequence[tuple[str, Sequence[str]]]]
-"""A field after the tags, as its name and its messages with their lines; the first message is its type."""
+"""A field after the tags: its name, and its messages with their lines. The first message is its type."""
 
 
 def scan_schema(
@@ -129,7 +129,7 @@ def scan_schema(
 
 
 def layout_of(text: str) -> str:
-    """Return the hash of a schema's text, with which its name ends."""
+    """Return the hash of a schema's text, which ends its name."""
     return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
 
 

@@ -1,4 +1,4 @@
-"""The end of a trace, which has the indexes of all records and the footer.
+"""The end of a trace, with the indexes of all records and the footer.
 
     DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer |
     magic

@@ -58,7 +58,7 @@ LAST_CODE = 0xFFFF
 
 
 class Format(NamedTuple):
-    """How a value is stored."""
+    """The storage format of a value."""
 
     ros: str  # its type in ros2msg
     letter: str  # its letter in the `struct` module
@@ -139,7 +139,7 @@ class TagField:
 
     @property
     def enum_message(self) -> str:
-        """Name of the message that is the type of an ENUM."""
+        """Name of the message type of an ENUM."""
         return f"Names{_hash(_constant_lines(self.constants), _NAMES_DIGITS)}"
 
     @property
@@ -241,14 +241,14 @@ class TagSource(Protocol):
 
 
 def plan_of(tags: Sequence[Tag]) -> TagPlan:
-    r"""Return the plan of tags, with the widest first, otherwise in the given order.
+    r"""Return the plan of tags: the widest first, tags of equal width in the given order.
 
     >>> plan = plan_of([Tag("Run", "BOOL"), Tag(r"\Main.Step", "ENUM", 0, ("idle", "fill"))])
     >>> [(field.name, field.constants) for field in plan.fields], plan.letters
     ([('main_step', ('IDLE', 'FILL')), ('run', ())], 'H?')
 
     Raises:
-        ValueError: there are no tags, a tag is given twice, or a row would have too many values or bytes.
+        ValueError: no tags are given, a tag is given twice, or a row would have too many values or bytes.
     """
     if not tags:
         raise ValueError("no tag to record")

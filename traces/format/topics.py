@@ -1,4 +1,4 @@
-"""The topics other than /scan, whose JSON messages are written only on change.
+"""The topics other than /scan. Their JSON messages are written only when something changes.
 
 Every message has the number of the scan that reported it.
 
@@ -135,7 +135,7 @@ ORDERS = Topic(
         "order": {"type": "string", "description": "the order itself, JSON"},
     },
 )
-"""The topic of operator actions in a session's trace, which make it possible to repeat the session."""
+"""The topic of operator actions in a session's trace, which are needed to repeat the session."""
 
 SEQUENCES = Topic(
     "/sequences",
@@ -151,4 +151,4 @@ SEQUENCES = Topic(
 """The topic of a trace whose program has sequences."""
 
 ALL_TOPICS = (*TOPICS, TEXTS, ORDERS, SEQUENCES)
-"""Every topic that a trace may have in addition to /scan, in the order of their channels."""
+"""Every topic that a trace can have in addition to /scan, in the order of the channels."""

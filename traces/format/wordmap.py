@@ -27,7 +27,7 @@ def word_map(slots: Iterable[SlotInfo]) -> str:
 
 
 def _slot_map(slot: SlotInfo) -> dict[str, object]:
-    """Return the names of a slot's words, and of its bits in each mode; without modes, no bits."""
+    """Return the names of a slot's words, and of its bits in each mode; bits are omitted without modes."""
     words = slot.words
     tables = {
         "out, command mode": _bits(words, "O"),

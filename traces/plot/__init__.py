@@ -1,4 +1,4 @@
-"""Draws a trace's position, speed, ramp, changing bits and tags as a timing chart. See docs/plot.md."""
+"""Draws position, speed, ramp, changing bits and tags of a trace as a timing chart. See docs/plot.md."""
 
 from .chart import Chart, NothingToPlotError, read_chart
 from .envelope import Curve, Envelope

@@ -106,7 +106,7 @@ def read_chart(
         slots: numbers of the slots to show; empty = every slot that can be drawn.
         tags: names of recorded tags to show, as in a query; empty = as many as fit on the chart,
             or no tags if `slots` is not empty.
-        exact: returns a new maker of curves that keeps exact values, for tags; None = `maker`.
+        exact: like `maker`, for tags: its curves keep exact values; None = `maker`.
         title: text above the chart; None = the rack's name.
         more_marks: marks in addition to the marks of the trace's events.
         on_block: called with every block.
@@ -116,7 +116,7 @@ def read_chart(
         EmptySelectionError: no scan is in the selection.
         NothingToPlotError: the requested slots have no 3601 and no card with names, and there are no tags.
         UnknownSignalError: a name matches no tag.
-        ValueError: a name is the name of a signal that is not a tag, or the names match too many tags.
+        ValueError: a name refers to a signal that is not a tag, or the names match too many tags.
     """
     catalog = Catalog.of(trace)
     choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)
@@ -150,7 +150,7 @@ def read_chart(
 
 
 class ScanExtent:
-    """The first and the last scan of the added blocks, and the number of scans."""
+    """The first scan, the last scan and the number of scans in the added blocks."""
 
     def __init__(self) -> None:
         self.start_ns = self.end_ns = self.first = self.last = self.scans = 0

@@ -1,4 +1,4 @@
-"""Colors that color-blind people can distinguish (after Okabe and Ito), one per kind of lane and mark."""
+"""Colors, one per kind of lane and mark, that color-blind people can distinguish (after Okabe and Ito)."""
 
 from __future__ import annotations
 

@@ -50,10 +50,10 @@ TICKS_MAX = 12
 LABEL_ROWS = 3
 
 INSTANTS_MAX = 60
-"""Maximum number of lines through a curve for one kind of mark; with more marks, none are drawn."""
+"""Maximum number of lines through a curve for one kind of mark; with more marks, no lines are drawn."""
 
 SHORT_MAX = 10**7
-"""Smallest value that is written with an exponent beside a tag's curve."""
+"""Smallest value that is written with an exponent next to a tag's curve."""
 
 FORMATS = (".png", ".svg")
 
@@ -190,7 +190,7 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
 
 
 def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
-    """Draw a curve of a module beside an axis of whole numbers."""
+    """Draw a curve of a module next to an axis of integers."""
     axes.plot(*curve.line(), color=colors.CURVE, linewidth=1.2, solid_joinstyle="round")
     axes.set_ylabel(name, size=NAME_SIZE)
     axes.yaxis.set_major_formatter("{x:,.0f}")
@@ -221,7 +221,7 @@ def _number_text(value: float) -> str:
 
 
 def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
-    """Draw a thin line through a curve at each rule and stimulus, unless the lines would hide it."""
+    """Draw a thin line through a curve at each rule and stimulus, unless the lines would hide the curve."""
     for kind in ("stimulus", "rule", "broken"):
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
         if len(times) > INSTANTS_MAX:
@@ -251,7 +251,7 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
 
 
 def _draw_label(axes: Any, label: Label, height: float) -> None:
-    """Draw a mark's label at a height, 0 to 1, beside a line at the mark's time."""
+    """Draw a mark's label at a height, 0 to 1, next to a line at the mark's time."""
     mark = label.mark
     color = colors.MARKS[mark.kind]
     axes.vlines(mark.time_ns, 0, height + 0.2, color=color, linewidth=0.5, zorder=1)

@@ -1,4 +1,4 @@
-"""Draws the ramp, band and bit lanes of a picture, one row each, with the unchanged values underneath."""
+"""Draws the ramp, band and bit lanes of a picture, one row each, and the unchanged values below them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .panel import Panel
 from .sizes import LABEL_SIZE, LEFT, LETTER, NAME_LETTERS, NAME_SIZE, PIXELS, RIGHT, WIDTH
 
 CROWDED = PIXELS // 3
-"""A bit with at least this number of changes is drawn with a thin line."""
+"""Minimum number of changes for which a bit is drawn with a thin line."""
 
 LABEL_LETTERS = 8
-"""A band's label is drawn only if it fits, or if at least this number of its letters fit."""
+"""A band's label is drawn only if all of it fits, or at least this number of its letters."""
 
 
 def rows_of(panel: Panel[Curve]) -> int:

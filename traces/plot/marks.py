@@ -1,4 +1,4 @@
-"""Converts events to marks on the time axis for rules that fired, moves that ended, stimuli and the CPU.
+"""Converts events to marks on the time axis: rules that fired, moves that ended, stimuli, the controller.
 
 A trace has no event for a broken invariant; the caller adds a mark of kind "broken" for it.
 """
@@ -77,7 +77,7 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
 
 
 def _force(fields: Mapping[str, object]) -> str:
-    """Return the label for forces; it names the tag if only one tag is forced."""
+    """Return the label for forces, which names the tag if only one tag is forced."""
     tags = fields.get("tags")
     if isinstance(tags, Mapping) and len(tags) == len(fields) == 1:
         return f"force {next(iter(tags))}"
@@ -85,7 +85,7 @@ def _force(fields: Mapping[str, object]) -> str:
 
 
 def _stimulus(name: str, fields: Mapping[str, object]) -> str:
-    """Return the label of a stimulus, or of the beginning or end of an incident."""
+    """Return the label of a stimulus, or of the beginning or end of an injected fault."""
     if fields.get("begins") is False:
         return _END_LABELS.get(name, f"{name} over")
     energized = fields.get("energized")
@@ -98,4 +98,4 @@ _END_LABELS: Mapping[str, str] = {
     "removed": "inserted",
     "line-down": "line back",
 }
-"""Labels of the ends of incidents, by the name of the incident."""
+"""Labels of the ends of injected faults, by the name of the fault."""

@@ -22,7 +22,7 @@ class Packer:
 
     Args:
         kind: numpy type of the values. Differences of int32 wrap around, as do the sums in the page.
-        differences: whether differences are packed; False = the values themselves, for floats.
+        differences: whether to pack differences; False = pack the values themselves, for floats.
     """
 
     def __init__(self, kind: DTypeLike, *, differences: bool = True) -> None:
@@ -41,7 +41,7 @@ class Packer:
         self._packed.append(self._deflate.compress(column.tobytes()))
 
     def text(self) -> str:
-        """Return the packed column; no more blocks can be added afterwards."""
+        """Return the packed column. No more blocks can be added afterwards."""
         self._packed.append(self._deflate.flush())
         return base64.b64encode(b"".join(self._packed)).decode("ascii")
 

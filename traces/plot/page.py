@@ -44,7 +44,7 @@ class PackedValues(NamedTuple):
 
 
 class PackedCurve:
-    """Packs the values of all scans, rounded to whole numbers."""
+    """Packs the values of all scans, rounded to integers."""
 
     def __init__(self) -> None:
         self._packer = Packer(np.int32)
@@ -66,7 +66,7 @@ class PackedNumbers:
         self._packer: Packer | None = None
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
-        """Add the values of a block, always of the same type."""
+        """Add the values of a block, which must have the same type in all blocks."""
         if self._packer is None:
             self._kind, self._differences = _packed_as(values.dtype)
             self._packer = Packer(self._kind.lower().removeprefix("big"), differences=self._differences)
@@ -123,11 +123,11 @@ def save_page(
     more_marks: Sequence[Mark] = (),
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Chart[PackedValues]:
-    """Write the chart of a trace as an HTML page, and return the chart. Arguments as in `read_chart`.
+    """Write the chart of a trace as an HTML page, and return the chart. For the arguments, see `read_chart`.
 
     Raises:
         TooLongError: there are more than SCANS_MAX scans.
-        EmptySelectionError, NothingToPlotError, ValueError: as `read_chart`.
+        EmptySelectionError, NothingToPlotError, ValueError: see `read_chart`.
     """
     scan_times = ScanTimes()
     chart = read_chart(

@@ -1,6 +1,7 @@
 """The program's recorded tags on a chart: curves of numbers, bands of steps and texts, and BOOL lanes.
 
-If all tags fit on the chart, all are shown. Otherwise as many tags that change as fit are shown. A user can
+If all tags fit on the chart, all are shown. Otherwise, only tags that change are shown, as many as fit. A
+user can
 choose other tags by name.
 """
 
@@ -46,7 +47,7 @@ class Choice:
     left_out: int  # number of recorded values that are not drawn
 
     def __str__(self) -> str:
-        """Return the number of sequences and of tags as text for the panel's heading."""
+        """Return the numbers of sequences and tags as text for the panel's heading."""
         sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in self.signals)
         tags = len(self.signals) - sequences
         texts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
@@ -219,5 +220,5 @@ def _bit(name: str, changes: Changes) -> Lane:
 
 
 def _title(signal: Signal) -> str:
-    """Return a tag's full name, or if there is none, the signal's name in the trace without a prefix."""
+    """Return a tag's full name; if it has none, return the signal's name in the trace without a prefix."""
     return signal.title or signal.name.partition(".")[2]

@@ -15,7 +15,7 @@ STEPS_NS: tuple[int, ...] = (
 
 
 def tick_step(start_ns: int, end_ns: int, most: int) -> int:
-    """Return the smallest distance between ticks, ns, that gives at most `most` ticks after the first.
+    """Return the smallest distance between ticks, ns, with at most `most` ticks after the first.
 
     >>> tick_step(0, 2_000_000_000, 10), tick_step(0, 7_200_000_000_000, 10)
     (200000000, 900000000000)

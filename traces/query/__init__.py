@@ -1,4 +1,4 @@
-"""Queries on a trace: the scans in which a condition was true, and for how long. See docs/query.md."""
+"""Queries that find when a condition was true in a trace, and for how long. See docs/query.md."""
 
 from .answer import Answer, Occurrence
 from .ask import query

@@ -9,7 +9,7 @@ from scanrack.io_images.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """One occurrence of the condition or of the cause and effect in a query."""
+    """An occurrence of a query's condition, or of its cause and effect."""
 
     first: int  # number of its first scan
     last: int  # number of its last scan; for `then`, of the scan with the effect

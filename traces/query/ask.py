@@ -27,8 +27,8 @@ def query(
 ) -> Answer:
     """Run a query on a trace.
 
-    The trace is read block by block. Memory use depends only on the changes of the query's conditions, 8
-    bytes each, and on the values of `show` each time a condition becomes true.
+    The trace is read block by block. Memory use depends only on the number of changes in the query's
+    conditions, 8 bytes each, and on the values of `show` each time a condition becomes true.
 
     Args:
         text: the query, see docs/query.md.
@@ -58,7 +58,7 @@ def query(
 
 
 class _Reading:
-    """Collects from each block the changes of a query's conditions, and the values of the shown signals.
+    """Collects, from each block, the changes in a query's conditions and the values of the shown signals.
 
     Attributes:
         rows: number and time of the scan in each row of the trace.

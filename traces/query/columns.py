@@ -47,7 +47,7 @@ class Scans:
         return numbers.numbers(values)
 
     def edges(self, key: object, values: Column, edge: Callable[[Any], Condition]) -> Condition:
-        """Return where an edge occurs; compare the first scan with the previous block's last scan.
+        """Return where an edge occurs; the first scan is compared with the previous block's last scan.
 
         Args:
             key: key of the operator in `memory`.
@@ -57,7 +57,7 @@ class Scans:
         return edge(values) if last_value is None else edge(joined((last_value, values)))[1:]
 
     def held(self, key: object, condition: Condition, least_ns: int) -> Condition:
-        """Return where a condition has been true for a time; it may have become true in an earlier block.
+        """Return where a condition has been true for a time, even if it became true in an earlier block.
 
         Args:
             key: key of the operator in `memory`.
@@ -100,7 +100,7 @@ def fell(condition: Condition) -> Condition:
 
 
 def changed(values: Column) -> Condition:
-    """Return where a value differs from the previous scan; never in the first scan."""
+    """Return where a value differs from its value in the previous scan; never in the first scan."""
     if isinstance(values, Numbers):
         return numbers.changed(values)
     has_changed = np.zeros(len(values), bool)
@@ -109,7 +109,7 @@ def changed(values: Column) -> Condition:
 
 
 def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -> Condition:
-    """Compare two conditions or two columns of numbers; the result is false where either has no value."""
+    """Compare two conditions or two columns of numbers; the result is false if either has no value."""
     if isinstance(left, Numbers) and isinstance(right, Numbers):
         return numbers.compared(operator, left, right)
     is_true: Condition = operator(left, right)
@@ -119,7 +119,7 @@ def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -
 def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return, for each scan in which a condition is true, the time when it became true.
 
-    The value in other scans has no meaning.
+    The result for other scans has no meaning.
 
     >>> since(np.array([True, True, False, True]), np.array([0, 2, 4, 6])).tolist()
     [0, 0, 0, 6]

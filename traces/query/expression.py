@@ -1,4 +1,4 @@
-"""The expressions of a query, which are functions of columns, each with a type and a text column."""
+"""The expressions of a query: functions of columns, each with a type and a position in the text."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...])
 
 
 def require_type(part: Expression, expected: Type, operator: str = "the query") -> None:
-    """Raise a MeaningError if an operand of `operator` has a type other than `expected`."""
+    """Raise a MeaningError if an operand of `operator` does not have the type `expected`."""
     if part.type is expected:
         return
     hint = f"; compare it, as in {part.text} > 0" if part.type is Type.NUMBER else ""

@@ -1,7 +1,7 @@
 """Parses the text of a query into functions of columns.
 
-Every expression has a column in the text and one of four types. An error is therefore reported with its
-column before the first scan is read:
+Every expression has a column in the text and one of four types. Errors are therefore reported, with their
+column, before the first scan is read:
 
     condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
     number      a number in every scan         slot1.in.position, scan, 4000
@@ -90,7 +90,7 @@ def _parser() -> Lark:
 
 
 def _problem(text: str, error: UnexpectedInput) -> str:
-    """Return where a text stops being a query, and what is unexpected there."""
+    """Return the position at which a text stops being a query, and the unexpected text there."""
     if isinstance(error, UnexpectedToken):
         if error.token.type == "$END":
             return f"column {len(text) + 1}: the query ends too early"
@@ -100,7 +100,7 @@ def _problem(text: str, error: UnexpectedInput) -> str:
 
 
 def _allowed(error: UnexpectedInput) -> str:
-    """Return what may stand at the place of an error, in words."""
+    """Return the names of the terms that are allowed at the position of an error."""
     names: set[str] = set()
     if isinstance(error, UnexpectedCharacters):
         names = set(error.allowed)
@@ -249,7 +249,7 @@ class _Builder(Transformer[Token, Any]):
         return leaf(Type.TEXT, token, lambda scans: str(token)[1:-1])
 
     def name(self, token: Token) -> Expression:
-        """Return the time, the number or a signal of each scan."""
+        """Return the time or number of each scan, or a signal."""
         if token == "time":
             return leaf(Type.DURATION, token, lambda scans: numbers.numbers(scans.time_ns))
         if token == "scan":

@@ -1,4 +1,4 @@
-"""Exact arithmetic on columns, as in Python, where integers of any width and sign stay integers.
+"""Exact arithmetic on columns, as in Python: integers of any width and sign remain integers.
 
     int64      integers that fit, which almost all do
     object     Python's integers, for a value or result that does not fit int64
@@ -92,7 +92,7 @@ def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
 
 
 def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
-    """Compare exactly; the result is false where either side has no value.
+    """Compare exactly; the result is false if either side has no value.
 
     >>> from operator import eq
     >>> wide = numbers(np.array([2**53 + 1]))
@@ -123,9 +123,9 @@ def absolute(numbers: Numbers) -> Numbers:
 
 
 def changed(numbers: Numbers) -> Condition:
-    """Return where a number differs from that of the previous scan; never in the first scan.
+    """Return where a number differs from the number in the previous scan; never in the first scan.
 
-    A number that appears or disappears is a change. Two successive scans without a number are not.
+    A number that appears or disappears is a change. Two successive scans without a number are not a change.
 
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
@@ -137,7 +137,7 @@ def changed(numbers: Numbers) -> Condition:
 
 
 def _narrow(values: Array) -> Array:
-    """Return integers as int64 if they all fit, otherwise as Python integers."""
+    """Return integers as int64 if all of them fit, otherwise as Python integers."""
     if values.dtype.kind == "O" or values.dtype == np.uint64:
         fits_int64 = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
         return values.astype(np.int64) if fits_int64 else values.astype(object)
@@ -147,7 +147,7 @@ def _narrow(values: Array) -> Array:
 def _fits(operator: Operator, left: Array, right: Array) -> bool:
     """Return whether all integer results fit int64.
 
-    The least and greatest results of +, - and * come from the least and greatest operands.
+    The least and greatest results of +, - and * follow from the least and greatest operands.
     """
     if "O" in (left.dtype.kind, right.dtype.kind):
         return False

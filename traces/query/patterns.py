@@ -74,7 +74,7 @@ class Stretches:
 
     @property
     def end(self) -> Rows:
-        """The row after each stretch; none for a stretch that lasts until the end of the trace."""
+        """The row after each stretch, except for a stretch that lasts until the end of the trace."""
         return self._all_changes[1::2]
 
     @property
@@ -98,7 +98,7 @@ def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
 
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each start of a cause that has an effect in a later scan within the time; None = at any time."""
+    """Find each start of a cause with an effect in a later scan within the time; None = no time limit."""
     pairs = _causes_with_effects(*conditions)
     has_effect = ~pairs.open
     if within_ns is not None:
@@ -116,7 +116,7 @@ def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> 
 
 
 def _causes_with_effects(cause: Stretches, effect: Stretches) -> Occurrences:
-    """Find each start of a cause, and the first later scan that has the effect, otherwise the last scan."""
+    """Find each start of a cause, and the first later scan with the effect, or else the last scan."""
     rows_after, count = cause.first + 1, cause.rows
     effect_ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
     effect_begins = np.append(effect.first, count)

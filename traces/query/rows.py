@@ -9,7 +9,7 @@ Column = NDArray[np.int64]
 
 
 class EvenSteps:
-    """A column whose values increase by a constant step within most blocks.
+    """A column whose values usually increase by a constant step within a block.
 
     >>> column = EvenSteps()
     >>> for values in ([5, 7, 9], [9, 10, 20]):

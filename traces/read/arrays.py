@@ -1,13 +1,14 @@
-"""Reads a trace as numpy arrays, either all of it, slices of scans or time, or any single scan.
+"""Reads a whole trace, a slice of scans or time, or a single scan as numpy arrays.
 
     with open_trace(path) as trace:
         columns = read_columns(trace)                       # all scans
         named = by_name(columns.words, trace.head.slots)
         named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
 
-Our chunks have messages of the same size, and each is read as one array. Chunks from other writers are read
-message by message if necessary. A slice reads only the chunks it needs. The memory that `column_chunks`
-uses does not depend on the length of the trace.
+All messages in a chunk from scanrack have the same size, so the chunk is read as one array. Chunks from other
+writers are read
+message by message if necessary. A slice reads only the chunks it needs. The memory use of `column_chunks`
+does not depend on the length of the trace.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
     Scans of a damaged chunk are missing; `trace.notes` lists these chunks.
 
     Args:
-        selection: the scans to read; if there are none, the columns are empty.
+        selection: the scans to read; if it has no scans, the columns are empty.
         tags: also read recorded tags: `read_columns(trace, tags=True).tags["fill_acc"]`.
     """
     blocks = []
@@ -69,7 +70,7 @@ def column_chunks(
 
 
 def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[TraceEvent]]]:
-    """Iterate over the scans and events of all chunks, even those without scans; read each chunk once."""
+    """Iterate over the scans and events of all chunks, even of chunks without scans; read each chunk once."""
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
         row_arrays, events = trace.scans_and_events(section)
@@ -131,7 +132,7 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
 
 
 def _columns(rows: ScanRows, *, tags: bool = False) -> Columns:
-    """Return rows as columns; the tags are left out unless they are requested and recorded."""
+    """Return rows as columns, without tags unless they are requested and recorded."""
     words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
     has_tags = tags and FIELD in (rows.dtype.names or ())
     return Columns(

@@ -2,8 +2,8 @@
 
 A row shows one image of one slot in one scan. Rows are in the order of the scan: the input image, which the
 logic reads, before the output image, which it writes. Scans without a change have no row. Scans in which only
-positions and counts changed are folded into one row that shows how many there were. Changes of number tags,
-such as the ACC of a timer, are shown only with `every`.
+positions and counts changed are folded into one row that shows their number. Changes in numeric tags, such as
+the ACC of a timer, are shown only with `every`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _MODE_CONFIG_HIGH = 0x80
 """Bit 15 of a status word, in its high byte."""
 
 Mask = NDArray[np.bool_]
-"""Whether each scan has some property."""
+"""A mask of scans."""
 
 
 class _Reporting(NamedTuple):
@@ -51,7 +51,7 @@ class _ScanChanges(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One direction of one slot in one scan."""
+    """A row of the table: one image of one slot in one scan."""
 
     scan: int | None  # number of the scan; None for a row of several scans
     now_ns: int | None  # virtual time of the scan; None for a row of several scans
@@ -79,8 +79,8 @@ class ChangeRows:
 
     Args:
         flag_names: returns the names of the controller's flags that are set in a scan.
-        every: whether each change has a row, including changes of positions and counts.
-        tags: describes changes of tags; None for a trace without tags.
+        every: whether each change has a row, including changes in positions and counts.
+        tags: describes changes in tags; None for a trace without tags.
         formats: formats of the modules' numbers; None = thousands, unless the module has another fixed
             format.
     """
@@ -244,7 +244,7 @@ class ChangeRows:
 
 
 def _reported(slot: SlotInfo, direction: str, words: Words, value: ValueReader) -> list[int | None]:
-    """Return the position and count in an image; None for either one that it lacks."""
+    """Return the position and count in an image; None for a missing value."""
     if direction != "in" or slot.words.configures("in", words):
         return [None] * len(_REPORTS)
     quantities = map(slot.words.quantity, _REPORTS)
@@ -252,7 +252,7 @@ def _reported(slot: SlotInfo, direction: str, words: Words, value: ValueReader) 
 
 
 def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
-    """Return where a module reports mode, position and count; None if it reports no position or count.
+    """Return the bytes in which a module reports mode, position and count; None without position and count.
 
     Args:
         start: offset of the module's input image in the memory block.

@@ -62,7 +62,7 @@ def no_columns(words: int, tags: np.dtype[np.void] | None = None) -> Columns:
 
 
 def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.void]:
-    """Return the words of scans as an array with named fields; no word is copied.
+    """Return the words of scans as an array with named fields, without copying the words.
 
     >>> slots = [SlotInfo(1, "amci3601"), SlotInfo(2, "a toy")]
     >>> named = by_name(np.arange(2 * 32, dtype=np.int16).reshape(2, 32), slots)

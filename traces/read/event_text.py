@@ -1,4 +1,4 @@
-"""Describes events in sentences, such as a rule that fired, a button, a force, a mode or a fault."""
+"""Describes events in sentences: a rule that fired, a button, a force, a mode, a fault and others."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _fault(_: int, fields: Mapping[str, object]) -> str:
 
 
 def _sequence(_: int, fields: Mapping[str, object]) -> str:
-    """Return where a sequence waits and for what, or that it is over."""
+    """Describe the line and condition at which a sequence waits, or say that the sequence is over."""
     name, line = fields.get("sequence"), fields.get("line")
     if not line:
         return f"{name} is over"

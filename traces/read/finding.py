@@ -2,7 +2,8 @@
 
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
-Reading does not depend on the summary, which a killed process did not write. A chunk states its length twice,
+Reading does not depend on the summary, which is missing if the process was killed. A chunk states its length
+twice,
 in its header and as the length of its data. If one of them is damaged, the chunk is still found:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
@@ -152,7 +153,7 @@ def _is_known(opcode: int) -> bool:
 
 
 def _begins_record(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a complete record seems to begin at `offset`, or the file ends there."""
+    """Return whether a complete record seems to begin at `offset`, or whether the file ends there."""
     if offset + RECORD_HEAD.size > size:
         return offset == size
     file.seek(offset)
@@ -161,7 +162,7 @@ def _begins_record(file: BinaryIO, size: int, offset: int) -> bool:
 
 
 def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
-    """Return whether the last record is the footer, and is followed by the magic."""
+    """Return whether the last record is the footer and the magic follows it."""
     if not spans or spans[-1].opcode != Opcode.FOOTER:
         return False
     file.seek(spans[-1].end)
@@ -169,7 +170,7 @@ def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
 
 
 def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the offset of a file's summary; None if there is no summary or its CRC is wrong."""
+    """Return the offset of a file's summary; None if the summary is missing or its CRC is wrong."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -193,7 +194,7 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the CRC that a file states for all its data; 0 = none stated, None = the data has no end."""
+    """Return the CRC of all data as stated in the file; 0 = not stated, None = the data has no end."""
     data_ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
         return read_record(file, data_ends[-1], DataEnd.read).data_section_crc if data_ends else None
@@ -202,7 +203,7 @@ def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Return a note if the CRC of all data is wrong; None if it is correct or the file states none."""
+    """Return a note if the CRC of all data is wrong; None if it is correct or not stated."""
     recorded_crc = data_crc(file, spans)
     if not recorded_crc:
         return None

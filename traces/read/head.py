@@ -96,7 +96,7 @@ def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel]
 
 
 def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
-    """Yield the schemas and channels among the records; if there is no channel, yield the first chunk's.
+    """Yield the schemas and channels among the records; without channels, use the records of the first chunk.
 
     Other tools may write them only inside chunks.
     """
@@ -153,7 +153,7 @@ _FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
 
 
 def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
-    """Return the recorded tags in the schema; None if the trace's format has none."""
+    """Return the recorded tags in the schema; None if the trace's format does not include tags."""
     if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
         return None
     try:

@@ -158,7 +158,7 @@ def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]
 def _plain_words(
     module: ModuleWords, direction: str, described: Collection[int], before: Words, after: Words
 ) -> str:
-    """Return the changes of all words except the `described` ones as text."""
+    """Return the changes in all words except the `described` ones as text."""
     names = module.named(direction)
     plain = [word for word in range(len(names)) if word not in described]
     return plain_wording(
@@ -167,7 +167,7 @@ def _plain_words(
 
 
 def in_configuration_mode(inputs: Words) -> bool:
-    """Return whether a 3601's input image is in configuration mode, an echo without positions."""
+    """Return whether a 3601's input image is in configuration mode, which is an echo without positions."""
     return bool(inputs[0] & _MODE_CONFIG)
 
 
@@ -196,7 +196,7 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
-    """Return the names of the bits that are set in a word; bits without names appear as, e.g., `bit6`.
+    """Return the names of the bits that are set in a word; an unnamed bit is listed as, e.g., `bit6`.
 
     >>> bit_names(CommandLsw, 0x0041)
     ['S_CURVE', 'bit6']
@@ -230,7 +230,7 @@ def module_text(
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
-    """Return the names of the bits that are on; bits without names appear as, e.g., `data.5`.
+    """Return the names of the bits that are on; an unnamed bit is listed as, e.g., `data.5`.
 
     Args:
         word: name of the word.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .reader import Trace
 
 POINTS = 640
-"""Maximum number of points in the curve, one for each pixel of its width."""
+"""Maximum number of points in the curve: one per pixel of its width."""
 
 EVENTS = 8
 """Maximum number of events to show."""
@@ -33,7 +33,7 @@ def short_text(trace: Trace) -> str:
 
 
 def as_html(trace: Trace) -> str:
-    """Return a trace as HTML of at most about 20 kB, however long the trace is."""
+    """Return a trace as HTML of at most about 20 kB, regardless of the length of the trace."""
     name = trace.head.metadata.get("name") or "trace"
     first_row, last_row = trace.edge(last=False), trace.edge(last=True)
     if first_row is None or last_row is None:
@@ -71,7 +71,7 @@ def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
 
 
 def _events(trace: Trace) -> str:
-    """Return the first rules and faults, and how many others there are."""
+    """Return the first rules and faults, and the number of others."""
     shown_events: list[tuple[str, str]] = []
     count = 0
     for event in trace.events():

@@ -1,4 +1,4 @@
-"""Packs scans in memory, a few bytes each instead of 52; reading in order is as fast as from a list.
+"""Packs scans in memory: a few bytes per scan instead of 52. Sequential reads are as fast as from a list.
 
 chunk      4,096 scans, compressed
 view       a column as a sequence; it keeps the chunk that was read last unpacked
@@ -88,7 +88,7 @@ class PackedScans:
         return bytes(memoryview(packed))  # a copy without the compressor's spare room
 
     def _unpack(self, packed: bytes) -> Columns:
-        """Return the columns of a packed chunk, which has `CHUNK_SCANS` scans."""
+        """Return the columns of a packed chunk with `CHUNK_SCANS` scans."""
         data = zstandard.decompress(packed)
         offset, columns = 0, []
         for empty in no_columns(self._words).images():  # for type and width of each column
@@ -118,7 +118,7 @@ class NotedScans:
             self.packed()
 
     def packed(self) -> PackedScans:
-        """Return all scans so far; later scans are added to the same object."""
+        """Return all scans up to now; later scans are added to the same object."""
         if self._heads:
             heads = np.array(self._heads, np.int64).reshape(-1, _HEAD)
             words = np.array(self._blocks).view(np.int16).reshape(len(heads), -1)
@@ -148,7 +148,7 @@ class View(Sequence[T], Generic[T]):
     @overload
     def __getitem__(self, row: slice) -> Sequence[T]: ...
     def __getitem__(self, row: int | slice) -> T | Sequence[T]:
-        """Return the value of a scan, or a list; a scan of another chunk computes that chunk's values."""
+        """Return the value of a scan, or a list of values; compute the values of its chunk if necessary."""
         if row.__class__ is int and self._start <= row < self._stop:  # read in order, as in nearly all cases
             return self._chunk_values[row - self._start]
         if isinstance(row, slice):

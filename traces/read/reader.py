@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 CHECKED_BYTES = 256 * 1024 * 1024
 """Maximum size of a trace that is checked when it is opened, bytes.
 
-A larger trace is checked only by commands that run the programs its metadata name.
+A larger trace is checked only by commands that run the programs named in its metadata.
 """
 
 ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
@@ -141,7 +141,7 @@ class Records:
 
     @property
     def may_grow(self) -> bool:
-        """Whether the file may still grow, because it has no end yet."""
+        """Whether the file can still grow, because it has no end yet."""
         return bool(self._end_notes)
 
     def follow(self) -> bool:
@@ -196,7 +196,7 @@ class Records:
             return None
 
     def check_data(self) -> None:
-        """If the CRC of all data is wrong, note this once, unless damage is already known.
+        """Note once if the CRC of all data is wrong, unless damage is already known.
 
         Only this CRC protects the metadata. The whole file is read: 1 GB takes about 1 s.
         """
@@ -212,7 +212,7 @@ class Records:
         return self.file.read(span.end - span.offset)
 
     def note(self, note: str) -> None:
-        """Add a note unless it already exists. A note about specific damage replaces the general one."""
+        """Add a note unless it already exists. A note about specific damage replaces a general note."""
         if note in self.notes:
             return
         if isinstance(note, Damage) and DATA_DAMAGE in self.notes:
@@ -257,7 +257,7 @@ class Trace(Records):
 
     @override
     def follow(self) -> bool:
-        """Read the new records, see `Records.follow`; renew what depends on the trace's last sections."""
+        """Read the new records, see `Records.follow`; update the data that depends on the last sections."""
         size, grown = self.size, super().follow()
         self._leave_out_repeated()
         if self.size > size:
@@ -272,7 +272,7 @@ class Trace(Records):
         return grown
 
     def _leave_out_repeated(self) -> None:
-        """Skip and note chunks with an earlier chunk's times and size, which no recorder writes."""
+        """Skip and note chunks that repeat an earlier chunk's times and size, which no recorder writes."""
         kept_sections: dict[tuple[int, ...], Section] = {}
         for section in self.sections:
             has_duration = section.is_chunk and section.start_ns < section.end_ns
@@ -331,7 +331,7 @@ class Trace(Records):
     def events(
         self, start_ns: int = 0, end_ns: int | None = None, topics: Collection[str] | None = None
     ) -> Iterator[TraceEvent]:
-        """Iterate over the events. Only chunks that may have selected events are read.
+        """Iterate over the events. Only chunks that can contain selected events are read.
 
         Args:
             start_ns: chunks that end before this time are skipped.
@@ -359,7 +359,7 @@ class Trace(Records):
         return _rows_of(messages), list(self._events_among(messages, section))
 
     def may_contain(self, section: Section, topics: Collection[str] | None = None) -> bool:
-        """Return, without reading a section, whether it may have events.
+        """Return whether a section can contain events, without reading it.
 
         The answer comes from the section's indexes, unless the file is damaged or more indexes may follow at
         its end.
@@ -409,7 +409,7 @@ class Trace(Records):
         return None
 
     def first_scan(self, index: int) -> int:
-        """Return the number of the first scan in section `index` or after it; 2**32 if none follows."""
+        """Return the number of the first scan in section `index` or a later one; 2**32 if no scan follows."""
         if index not in self._first_scans:
             first_rows = (rows for section in self.sections[index:] for rows in self.scan_rows(section)[:1])
             rows = next(first_rows, None)
@@ -543,8 +543,8 @@ def open_trace(path: Path | str, *, check: bool = True) -> Trace:
         check: see `Trace`; a caller that reads all bytes may check the CRC itself.
 
     Raises:
-        TraceError: the file can't be read, is not an MCAP file, has none of our scans, or has scans whose
-            layout is unknown to this version. The message names the path.
+        TraceError: the file can't be read, is not an MCAP file, has no scans of scanrack, or has scans with a
+            layout that this version does not support. The message names the path.
         TraceLimitError: it has more records than the limits allow. Reading may also raise it.
     """
     return _opened(Path(path), partial(Trace, check=check))
@@ -554,7 +554,7 @@ R = TypeVar("R", bound=Records)
 
 
 def _opened(path: Path, kind: Callable[..., R]) -> R:
-    """Open a file with a kind of reader; an error names the path, and closes the file."""
+    """Open a file with a kind of reader; on an error, close the file and add the path to the message."""
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise TraceError(f"{path}: it is not a file")
@@ -582,7 +582,7 @@ def _rows_of(messages: Iterable[ScanRows | Message]) -> list[ScanRows]:
 
 
 def _event(message: Message, topic: str) -> TraceEvent:
-    """Read an event; raise a ValueError if the message is not one."""
+    """Read an event; raise a ValueError if the message is not an event."""
     fields = json_value(message.data)
     if not isinstance(fields, dict) or not isinstance(fields.get("scan"), int):
         raise ValueError("it has no scan number")

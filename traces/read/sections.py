@@ -1,6 +1,6 @@
 """Finds the sections of a trace, and splits a section into parts.
 
-A section is a chunk, or successive uncompressed messages in a file of another writer that has no chunks.
+A section is a chunk, or a series of uncompressed messages in another writer's file without chunks.
 The head of a chunk and the message indexes after it list its contents, so that the chunk need not be read:
 
     | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |
@@ -56,7 +56,7 @@ class Part(NamedTuple):
 
     Attributes:
         offset: offset of the part's first byte in the section.
-        content: successive scans, some other message, or a channel or schema.
+        content: successive scans, another message, a channel, or a schema.
     """
 
     offset: int
@@ -100,7 +100,7 @@ def find_sections(file: BinaryIO, spans: Sequence[Span]) -> list[Section]:
 
 
 def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
-    """Return a chunk's section from the head of the chunk; the caller may fill `counts` later."""
+    """Return a chunk's section from the head of the chunk; the caller can fill `counts` later."""
     file.seek(span.offset + RECORD_HEAD.size)
     head = file.read(min(span.length, _CHUNK_HEAD.size))
     start_ns, end_ns, size = _CHUNK_HEAD.unpack(head) if len(head) == _CHUNK_HEAD.size else (0, _EVER, 0)
@@ -118,7 +118,7 @@ def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | No
 
 
 def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
-    """Yield sections of messages outside of chunks; adjacent messages are combined, up to a MiB."""
+    """Yield sections of messages outside of chunks; adjacent messages are combined up to 1 MiB."""
     begin = 0
     for index, (message, following) in enumerate(pairwise(messages), start=1):
         touching = message.end == following.offset
@@ -185,7 +185,7 @@ class ScanShape:
 
         Raises:
             ValueError: the data is not made up of complete records.
-            TraceLimitError: there are too many records; the caller completes the message into a sentence.
+            TraceLimitError: there are too many records; the caller completes the message.
         """
         offset = singles = single_bytes = 0
         while offset < len(data):
@@ -226,7 +226,7 @@ class ScanShape:
         )
 
     def _are_scans(self, rows: ScanRows) -> NDArray[np.bool_]:
-        """Return which rows have the head of a scan."""
+        """Return a mask of the rows that begin with the head of a scan."""
         are_scans: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
         are_scans &= rows["length"] == self._length
         are_scans &= rows["channel"] == self.channel
@@ -248,7 +248,7 @@ def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]
     """Read a section and split it into parts.
 
     Raises:
-        TraceError: the section or its CRC is damaged, or its messages are not whole records.
+        TraceError: the section or its CRC is damaged, or its messages are not complete records.
         TraceLimitError: the section unpacks to more bytes, or has more records, than the limits allow.
     """
     if section.is_chunk:

@@ -19,7 +19,7 @@ _MOST_BYTES = SNAPSHOTS_BYTES + (1 << 20)  # the writer does not count the scan 
 def snapshots_of(trace: Trace) -> Mapping[int, str]:
     """Return the snapshots of a trace as JSON text, by the number of the scan that follows.
 
-    Damaged snapshots are ignored, and an explanation then repeats all scans from the first.
+    Damaged snapshots are ignored; an explanation then repeats all scans from the first scan.
     """
     spans = [span for span, name in trace.attachment_names() if name == SNAPSHOTS]
     try:

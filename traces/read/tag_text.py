@@ -1,4 +1,4 @@
-"""Describes changes of recorded tags as text: `+Run`, `-Lamp`, `Step IDLE -> FILL`, `Counts[2] 7 -> 9`."""
+"""Describes changes in recorded tags as text: `+Run`, `-Lamp`, `Step IDLE -> FILL`, `Counts[2] 7 -> 9`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scanrack.io_images.tag_names import element_of
 from ..format.tagplan import TagField, TagPlan
 
 DISCRETE = ("BOOL", "ENUM", "TEXT")
-"""Types whose every change is shown; numbers may change in every scan."""
+"""Types for which every change is shown. Other types are numbers, which can change in every scan."""
 
 
 class TagText:
@@ -20,7 +20,7 @@ class TagText:
 
     Args:
         texts: the recorded texts by code.
-        every: whether to show changes of numbers.
+        every: whether to show changes in numbers.
     """
 
     def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:
@@ -49,7 +49,7 @@ class TagText:
         return " ".join(text for field in self._fields for text in self._field(field, old_values, new_values))
 
     def _field(self, field: TagField, old: NDArray[np.void] | None, new: NDArray[np.void]) -> Iterator[str]:
-        """Yield the changed values of a field as text; without a previous row, those that are not 0."""
+        """Yield the changed values of a field as text; without a previous row, yield nonzero values."""
         values = np.atleast_1d(new[field.name][0])
         old_values = np.zeros_like(values) if old is None else np.atleast_1d(old[field.name][0])
         is_shown = _differs(values, old_values)

@@ -25,7 +25,7 @@ from .stream import Block
 from .tags import constant, tag_signals
 
 FLAGS = Signal("cpu.flags", SignalKind.WORD, lambda block: block.flags)
-"""The CPU's flags as recorded; see the table of flags in docs/traces.md."""
+"""The controller's flags as recorded; see the table of flags in docs/traces.md."""
 
 NO_TEXTS: Mapping[int, str] = MappingProxyType({})
 NO_STEPS: Steps = MappingProxyType({})
@@ -36,7 +36,7 @@ class UnknownSignalError(ValueError):
 
 
 class Catalog(Mapping[str, Signal]):
-    """The signals of a rack by name, ordered for readability: for each slot speed, values, bits, words.
+    """The signals of a rack by name. The order in each slot is speed, values, bits, words.
 
     A bit without its own name has a numbered name such as `slot1.in.word3.12`; the catalog finds these names,
     but does not list them.
@@ -122,7 +122,7 @@ class Catalog(Mapping[str, Signal]):
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
 
     def _names_of(self, pattern: str) -> list[str]:
-        """Return the matching signals, otherwise the matching tags, otherwise the signal with that name."""
+        """Return the matching signals, or else the matching tags, or else the signal with that name."""
         matches = [name for name in self._signals if fnmatchcase(name, pattern)]
         return matches or [signal.name for signal in self.tags_named(pattern)] or [self[pattern].name]
 
@@ -147,7 +147,7 @@ class Catalog(Mapping[str, Signal]):
         return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
 
     def _by_other_name(self, name: str) -> Signal | None:
-        """Return the signal for a tag's name in the program, a terminal, an address, or a part of these."""
+        """Return the signal for a tag's name in the program, a terminal, an address, or part of these."""
         name = normal(name)
         signal_name = self._names.find(name)
         if signal_name is not None:
@@ -161,7 +161,7 @@ class Catalog(Mapping[str, Signal]):
         return constant(self._signals[code], member) if code in self._signals else None
 
     def _numbered_bit(self, name: str) -> Signal | None:
-        """Return the signal of a bit such as `slot1.in.word3.12`; None if there is no such bit."""
+        """Return the signal of a bit such as `slot1.in.word3.12`; None if the bit does not exist."""
         word, _, number = name.rpartition(".")
         source = self._signals.get(word)
         if source is None or source.kind not in (SignalKind.WORD, SignalKind.NUMBER):
@@ -173,7 +173,7 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
     def _close_to(self, name: str) -> list[str]:
-        """Return the signals with similar names, otherwise the signals whose last part is similar."""
+        """Return the signals with similar names, otherwise the signals with a similar last part."""
         by_lower_name = {signal_name.lower(): signal_name for signal_name in self._signals}
         close_names = get_close_matches(name.lower(), list(by_lower_name), 3, 0.7)
         if close_names:
@@ -184,7 +184,7 @@ class Catalog(Mapping[str, Signal]):
         return [signal_name for signal_name, part in last_parts.items() if part in close_parts][:4]
 
     def _unknown(self, name: str) -> str:
-        """Return a message about a name without a signal: similar names, or the values of an array."""
+        """Return a message about an unknown name, which lists similar names or the values of an array."""
         titles = [signal.title for signal in self.tags_named(name)]
         if titles:
             example_names = titles[:3]

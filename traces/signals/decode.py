@@ -30,7 +30,7 @@ def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
 def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:
     """Return True for scans in which a named bit is set.
 
-    In configuration mode, most bits mirror the configuration, so they count as clear.
+    In configuration mode, most bits mirror the configuration, so they are treated as clear.
 
     Args:
         image: "I" or "in", "O" or "out".
@@ -53,8 +53,8 @@ def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]
 def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the motion of the position since the previous scan, steps.
 
-    A preset, the end of homing or a configuration changes the position without motion. A change therefore
-    counts only while the MOVING bit of its direction is set.
+    A preset, the end of homing or a configuration changes the position without motion. A change is therefore
+    counted only while the MOVING bit of its direction is set.
 
     Args:
         words: an input image's words, a row per scan.

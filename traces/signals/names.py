@@ -1,4 +1,4 @@
-"""Finds signals by the names that people write: from the program, the rack or the trace."""
+"""Finds signals by the names that users write: from the program, the rack or the trace."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class SignalNames:
 
     @cached_property
     def _parts(self) -> Mapping[str, list[str]]:
-        """Names of signals, by the last part of a tag's name or by the name of a terminal."""
+        """Names of signals, by the last part of a tag's name or by a terminal's name."""
         names_by_part: dict[str, list[str]] = {}
         for signal in self._tags:
             last_part = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
@@ -75,7 +75,7 @@ class SignalNames:
         return names_by_part
 
     def _by_part(self, key: str) -> str | None:
-        """Return the only signal with a last part; None if there is none, AmbiguousNameError if several."""
+        """Return the only signal with a last part, or None; raise AmbiguousNameError if there are several."""
         names = self._parts.get(key, [])
         if len(names) > 1:
             choices = " or ".join(names[:4]) + (" or ..." if len(names) > 4 else "")
@@ -85,8 +85,8 @@ class SignalNames:
     def _name_at_address(self, text: str) -> str | None:
         """Return the name of the word or bit at an address; None if the text is not an address.
 
-        An address such as `Local:1:I.Data[0].3` means the bit in both modes of a stepper. A bit's name refers
-        to command mode only.
+        An address such as `Local:1:I.Data[0].3` refers to the bit in both modes of a stepper. A bit's name
+        refers only to command mode.
         """
         words = {slot.number: slot.words for slot in self._slots}
         try:

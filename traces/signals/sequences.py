@@ -23,7 +23,7 @@ Steps = Mapping[str, Sequence[Step]]
 
 
 def sequence_signals(steps: Steps) -> Iterator[Signal]:
-    """Yield two signals for each sequence, for its wait and for the line number of the wait.
+    """Yield two signals for each sequence: its wait, and the line number of the wait.
 
     The first signal has a code for each line and wait, in the order of their first appearance; code 0 is
     `NOT_BEGUN`.
@@ -40,6 +40,6 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
 
 
 def _values(scans: Array, values: Array, block: Block) -> Array:
-    """Return the value in force in each scan of a block; before the first step, this is the first value."""
+    """Return the value in force in each scan of a block; before the first step, it is the first value."""
     in_force: Array = values[np.searchsorted(scans, block.scan, side="right")]
     return in_force

@@ -23,16 +23,16 @@ class SignalKind(Enum):
     """True or false; an array of bool."""
 
     WORD = "word"
-    """A signed word of the image; an array of int16, or of uint32 for the CPU's flags."""
+    """A signed word of the image; an array of int16, or of uint32 for the controller's flags."""
 
     VALUE = "value"
-    """A whole number combined from two words; an array of float64, NaN in configuration mode."""
+    """An integer combined from two words; an array of float64, NaN in configuration mode."""
 
     NUMBER = "number"
     """A number of the program; an array of the tag's own type."""
 
     CODE = "code"
-    """A whole number that stands for a name; an array of uint16."""
+    """An integer code for a name; an array of uint16."""
 
     MEASURED = "measured"
     """A number computed from several scans; an array of float64."""
@@ -52,12 +52,12 @@ class Signal:
 
     @property
     def path(self) -> tuple[str, ...]:
-        """The parts of the signal's name, which are slot, direction, and the name itself."""
+        """The parts of the signal's name: slot, direction, and the name itself."""
         return tuple(self.name.split("."))
 
 
 def names_of(codes: Array, names: Mapping[int, str]) -> list[str]:
-    """Return the names of codes; a code without a name is returned as its number in text.
+    """Return the names of codes; a code without a name becomes its number as text.
 
     >>> names_of(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
     ['FILL', 'IDLE', '7']
@@ -66,7 +66,7 @@ def names_of(codes: Array, names: Mapping[int, str]) -> list[str]:
 
 
 def whole_numbers(values: Array) -> tuple[Array, Array]:
-    """Return values of kind VALUE as whole numbers (0 if missing), and a mask of the missing values.
+    """Return values of kind VALUE as integers (0 if missing), and a mask of the missing values.
 
     >>> numbers, missing = whole_numbers(np.array([4.0, np.nan]))
     >>> numbers.tolist(), missing.tolist()

@@ -49,7 +49,7 @@ class Block:
 
     @property
     def flags(self) -> NDArray[np.uint32]:
-        """The CPU's flags in the scans."""
+        """The controller's flags in the scans."""
         return self.wide.flags[self.start : self.stop]
 
     @property
@@ -87,7 +87,7 @@ def blocks(
 
     Raises:
         EmptySelectionError: the trace has no selected scan.
-        TraceError: the file is damaged, and the damaged part can't be skipped.
+        TraceError: the file has damage that can't be skipped.
     """
     margin = half_window(trace) if measured else 0
     places = trace.head.layout.places
@@ -105,7 +105,7 @@ def blocks(
 
 
 def count(trace: Trace, selection: Selection = ALL) -> int:
-    """Return the final `progress` of `blocks`, using only the indexes."""
+    """Return the total number of scans that `blocks` reads, using only the indexes."""
     return scan_count(trace, selection, margin=half_window(trace))
 
 

@@ -39,7 +39,7 @@ def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
 
 
 def constant(signal: Signal, name: str) -> Signal | None:
-    """Return a signal that is true in scans that have a name's code; None if no code has this name."""
+    """Return a signal that is true in scans with the code of a name; None if no code has this name."""
     codes = [code for code, code_name in signal.names.items() if code_name == name]
     if signal.kind is not SignalKind.CODE or not codes:
         return None

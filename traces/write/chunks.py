@@ -35,7 +35,7 @@ _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
 _SEQUENCE_MASK = 0xFFFF_FFFF
 _NEVER_NS = 1 << 64
-"""A time later than any other, ns."""
+"""A time later than every other time, ns."""
 
 _GAPS, _GAP_MORE = 2, 1 << 16
 """Room for a chunk before its draft: this multiple of its uncompressed size, plus this many bytes."""
@@ -54,7 +54,7 @@ class Sink(Protocol):
 class ChunkWriter:
     """Writes chunks of messages, with all indexes and the CRCs of chunks, data and summary.
 
-    Schemas, channels and metadata come first, then messages; attachments may be added at any time.
+    Schemas, channels and metadata come first, then messages. Attachments can be added at any time.
 
     Args:
         profile: the MCAP profile, "ros2".
@@ -120,7 +120,7 @@ class ChunkWriter:
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
     ) -> None:
-        """Add one message; times in ns."""
+        """Add one message; its times are in ns."""
         records = self._records
         offset, length = len(records), _MESSAGE_FIELDS_BYTES + len(data)
         records += _MESSAGE.pack(_MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time) + data
@@ -136,7 +136,7 @@ class ChunkWriter:
         self.add_message(channel_id, now_ns, text.encode(), now_ns, scan & _SEQUENCE_MASK)
 
     def add_block(self, channel_id: int, log_times: array[int], block: bytearray) -> None:
-        """Add message records of the same size, already laid out; times are in ns, 64-bit, ascending.
+        """Add encoded message records of the same size; times are in ns, 64-bit, ascending.
 
         The writer takes ownership of the block.
         """
@@ -154,9 +154,9 @@ class ChunkWriter:
             self._write_chunk()
 
     def _offsets_of(self, count: int, stride: int) -> array[int]:
-        """Return the offsets of the next messages, of `stride` bytes each.
+        """Return the offsets of the next messages, which have `stride` bytes each.
 
-        They are the same in most chunks, so the last chunk's array is reused.
+        The offsets are the same in most chunks, so the last chunk's array is reused.
         """
         start = len(self._records)
         first_index, gap = divmod(start, stride)
@@ -205,7 +205,7 @@ class ChunkWriter:
         self._write(content + indexes)
 
     def _write(self, data: bytes) -> None:
-        """Write records of the data section, and include them in its CRC; a draft is removed."""
+        """Write records of the data section, include them in its CRC, and remove a draft."""
         self._drafted = 0
         self._file.write(data)
         self._crc = zlib.crc32(data, self._crc)

@@ -106,7 +106,7 @@ class LineRecorder:
             self._file.close()
 
     def _bytes(self, now_ns: int, direction: str, data: bytes) -> None:
-        """Record bytes on the line as hex and as text, with dots for what is not printable."""
+        """Record bytes on the line as hex and as text, with dots for unprintable bytes."""
         text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in data)
         self._message(
             self._line_channel, now_ns, {"direction": direction, "hex": data.hex(" "), "text": text}
@@ -123,7 +123,7 @@ class LineRecorder:
 
 
 def _schema(unit: UnitColumns) -> Mapping[str, object]:
-    """Return the JSON schema of a device's messages, which have an integer for each value."""
+    """Return the JSON schema of a device's messages, which contain an integer for each value."""
     return {
         "title": f"scanrack.Unit{unit.address}",
         "description": f"What the unit at address {unit.address} holds.",

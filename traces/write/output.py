@@ -1,4 +1,4 @@
-"""A recorder's file, which has only complete records, and disk space reserved for its end.
+"""A recorder's file, which contains only complete records, and reserved disk space for its end.
 
 Few tools open a trace without its summary, and a full disk has no space for one. Therefore an anonymous file
 in the same directory reserves enough space from the start for the open chunk, its index and the summary.
@@ -9,7 +9,8 @@ in the same directory reserves enough space from the start for the open chunk, i
     disk  | trace ...........chunk|summary|         the summary is written
 
 The messages of an unfinished chunk can be written as a draft. A gap before the draft is large enough for the
-chunk, which is later written there, ending with its first bytes. The draft is then cut off. A killed process
+chunk. The chunk is later written there; its first bytes are written last. The draft is then cut off. A killed
+process
 therefore leaves the complete draft or the complete chunk.
 
     trace | DRAFT, gap ......... | message | message |
@@ -41,7 +42,7 @@ SUMMARY_BYTES_PER_WRITE = 256
 """Maximum bytes that a write adds to the summary: one chunk index of 77 bytes plus 10 bytes per channel."""
 
 SUMMARY_ROOM = 64 * 1024
-"""Number of bytes reserved for the summary; the reserve grows by this size before they are used up."""
+"""Number of bytes reserved for the summary; before they are used up, the reserve grows by this number."""
 
 
 class TraceFull(OSError):  # noqa: N818 - names the condition
@@ -80,7 +81,7 @@ class ReservedSpace(Protocol):
     """Reserved bytes."""
 
     def grow(self, size: int) -> None:
-        """Reserve `size` more bytes; raise an OSError if that fails."""
+        """Reserve `size` additional bytes; raise an OSError if this fails."""
 
     def release(self) -> None:
         """Release the reserved space."""
@@ -109,7 +110,7 @@ class DiskReserve:
         """Reserve `size` more bytes filled with random data, since some file systems do not store zeros.
 
         Raises:
-            OSError: the disk has no room for them.
+            OSError: the disk has no space for them.
         """
         while size:
             start = int.from_bytes(os.urandom(2))  # a file system may store equal blocks only once
@@ -128,9 +129,9 @@ class TraceFile:
 
     Args:
         raw: the empty file.
-        room: the reserve; None = if the disk is full, the open chunk and the summary are lost.
+        room: the reserve; None = no reserve, so a full disk loses the open chunk and the summary.
         keeping: keeps earlier recordings, or None.
-        drafts: whether drafts are possible, as they are in a file but not on a device.
+        drafts: whether drafts are possible, which is true for a file but not for a device.
         presence: detects that another program changes the file; None for a device.
 
     Attributes:
@@ -197,8 +198,8 @@ class TraceFile:
 
         Args:
             data: complete records, which follow the records of earlier calls.
-            gap: bytes for the next `write`; if its data is longer, the draft may be lost if the process is
-            killed.
+            gap: bytes for the next `write`; if its data is longer and the process is killed, the draft can be
+            lost.
         """
         if not self._drafts or self.full:
             return
@@ -289,7 +290,7 @@ class TraceFile:
                 unwritten = unwritten[bytes_written:]
 
     def _release_room(self) -> bool:
-        """Release the reserve; return whether there was one."""
+        """Release the reserve; return whether there was a reserve."""
         if self._room is None:
             return False
         self._room.release()
@@ -327,7 +328,7 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
     until it is closed or the process ends (not on Windows).
 
     Raises:
-        OwnedError: the existing file is not a recording, or has to be moved but is being recorded.
+        OwnedError: the existing file is not a recording, or must be moved but is being recorded.
         OSError: the path can't be written, another process is recording there, or the disk lacks space for
             the reserve. The message states the cause, and nothing has changed.
     """
@@ -386,7 +387,7 @@ def _refusal(path: Path | str, reason: str) -> OSError:
 
 
 def _reserve(path: Path, size: int) -> DiskReserve | None:
-    """Reserve space beside a file; None for a device, or without permission for new files."""
+    """Reserve space in the folder of a file; None for a device, or without permission for new files."""
     if path.exists() and not path.is_file():
         return None
     try:

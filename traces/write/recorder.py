@@ -1,4 +1,4 @@
-"""The flight recorder, which writes every scan to an MCAP file, and events on their own topics.
+"""The flight recorder, which writes every scan to an MCAP file, and events to separate topics.
 
     /scan      one message per scan: its number, flags and the rack's memory block
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
@@ -63,7 +63,7 @@ class ScanRecorder:
         chunk_scans: maximum number of scans in a chunk; a smaller number limits the loss if the process is
             killed.
         tags: source of the recorded tags' values; None = no tags.
-        orders: whether the rack can be operated while it runs; if so, the trace has /orders.
+        orders: whether users can operate the rack while it runs; if so, the trace has /orders.
         sequences: whether events of /sequences will follow.
         keeping: keeps earlier recordings; if None, `target` is replaced.
         snapshots: snapshots of the program's values, written at the end; None = no snapshots.
@@ -153,7 +153,7 @@ class ScanRecorder:
 
         Args:
             scan: number of the scan, 0 or more.
-            flags: flags of the CPU, 0 to 2**32 - 1.
+            flags: flags of the controller, 0 to 2**32 - 1.
 
         Raises:
             TraceFull: the disk is full. This scan is in the trace, but later scans will not be; `close`
@@ -166,7 +166,7 @@ class ScanRecorder:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function to call after the logic of each scan that is recorded as a row, see `ScanBatch.look`."""
+        """The function to call after the logic of each scan recorded as a row, see `ScanBatch.look`."""
         return self._batch.look
 
     def begin_rows(self, scan: int) -> int:
@@ -189,7 +189,7 @@ class ScanRecorder:
             self._snapshots.scan(scans[-1])
 
     def _write_batch(self, scan: int, now_ns: int) -> None:
-        """Pass the collected scans to the writer, then any draft that is due and their tags' events."""
+        """Pass the collected scans to the writer, then write a due draft and the events of their tags."""
         self._hand_over(scan)
         if self._draft_due:
             self._draft(scan)
@@ -199,7 +199,7 @@ class ScanRecorder:
     def draft_soon(self) -> None:
         """Write the open chunk uncompressed with the next scan, in case the process is killed.
 
-        The bytes of the finished trace do not depend on it.
+        This does not change the bytes of the finished trace.
         """
         if self._refusal is None:
             self._draft_due = self._drafts = True
@@ -211,7 +211,7 @@ class ScanRecorder:
         self._after_writing(scan)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
-        """Record an event; an unchanged state is not written again.
+        """Record an event; do not write an unchanged state again.
 
         Args:
             scan: number of the scan that reported the event.
@@ -237,7 +237,7 @@ class ScanRecorder:
         return (*TOPICS, *(topic for topic, is_used in optional if is_used))
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
-        """Write the events of a scan's tags, for new texts and for values that do not fit."""
+        """Write the events of a scan's tags: new texts, and values that do not fit."""
         assert self._tags is not None
         for topic, fields in self._tags.pending:
             self._write(scan, now_ns, topic, fields)
@@ -257,7 +257,7 @@ class ScanRecorder:
             self._after_writing(scan)
 
     def _after_writing(self, scan: int) -> None:
-        """Check the disk, and set the batch's room to what remains of the chunk."""
+        """Check the disk, and set the batch's room to the remaining scans of the chunk."""
         if self._file.full:
             self._refuse(f"at scan {scan}")
         if self._draft_due:
@@ -272,7 +272,7 @@ class ScanRecorder:
             scan: number of the first scan that needs them.
 
         Raises:
-            TraceFull: the disk has no room for them; none of them is in the trace.
+            TraceFull: the disk has no space for the files; none of them is in the trace.
         """
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)

@@ -1,10 +1,10 @@
-"""Snapshots of a program's values in a recording, from which an explanation repeats the scans that follow.
+"""Snapshots of a program's values in a recording. An explanation repeats the scans from a snapshot on.
 
     before scan   128        256        384   ...          text, a line each, compressed
     values        [0,1,...]  [0,1,...]  [0,1,...]
 
 Snapshots are kept in memory and written as one attachment when the recording ends. A recording without an end
-has no snapshots. Neither does a short recording, whose scans can be repeated quickly.
+has no snapshots. A short recording has none either, since its scans can be repeated quickly.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class SnapshotLog:
         self._ended = False
 
     def scan(self, scan: int) -> None:
-        """Take a snapshot after a scan, and drop every second one while they are too long.
+        """Take a snapshot after a scan; while the snapshots are too long, drop every second one.
 
-        A program without snapshots has none of any scan: the first None drops the earlier ones.
+        If the program can't take a snapshot, all earlier snapshots are dropped.
 
         Args:
             scan: number of the scan; the number of the next one must be a multiple of `every`.

@@ -1,8 +1,8 @@
 """Contracts of the 3601: facts that are always true for its images, one row per rule of the manual.
 
 A proof treats a module's inputs as free words and restricts them by these rows. Tests check the contracts in
-random runs of the module model and in all golden recordings. If a run breaks one, the row or the model is
-wrong.
+random runs of the module model and in all golden recordings. If a run breaks a contract, the row or the model
+is wrong.
 
 >>> [contract.name for contract in broken(now=(0x4003, 0, 0, 0, 0, 0, 0, 0))]
 ['one direction']
@@ -27,7 +27,7 @@ CONTRACTS: tuple[Contract, ...] = ROWS
 def contracts_of(
     readings: Mapping[str, object] | None = None, *, each_update: bool = True, adapter: bool = False
 ) -> tuple[Contract, ...]:
-    """Return the contracts that a module keeps.
+    """Return the contracts that apply to a module.
 
     Args:
         readings: options of the simulated 3601 that differ from the default, by name.
@@ -38,7 +38,7 @@ def contracts_of(
     changed_readings = readings or {}
 
     def keeps(contract: Contract) -> bool:
-        """Return whether the module keeps a contract, which may need certain values of options."""
+        """Return whether a contract applies to the module; some contracts need certain values of options."""
         if contract.needs_two_images and not each_update:
             return False
         if adapter and not contract.adapters:

@@ -33,5 +33,5 @@ class Contract:
 
     @property
     def needs_two_images(self) -> bool:
-        """Whether it needs a second image: an earlier one, with one update in between, or the outputs."""
+        """Whether the contract needs a second image: the previous input image, or the output image."""
         return self.fact.images != {Side.NOW}

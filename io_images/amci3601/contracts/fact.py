@@ -165,7 +165,7 @@ class Negation(Fact):
 
 @dataclass(frozen=True, slots=True)
 class _Words:
-    """Images as numbers, which are read as bools."""
+    """Reads facts about images of numbers, as bools."""
 
     images: dict[Side, Sequence[int]]
 

@@ -26,7 +26,7 @@ OPERATING = now(OK)
 IN_COMMAND_MODE = OPERATING & ~now(MODE)
 STAYS_IN_COMMAND_MODE = IN_COMMAND_MODE & was(OK) & ~was(MODE)
 KNOWN = ~(was(MOVING[0]) & was(MOVING[1]) & ~was(MODE))
-"""The fact that there was an earlier image; a proof's first scan uses one that no module sends."""
+"""The fact that there was an earlier image; a proof's first scan uses an image that no module sends."""
 
 POWERED_UP = now(CONFIG_ERROR)
 """The sign of a power-up between two images in command mode; nothing else causes this error."""

@@ -1,6 +1,6 @@
 """The rule table: one row per rule of the 3601's manual, in the manual's order.
 
-It shows what causes a bit, which rules a chapter has, and which rules have no test.
+It shows the causes of each bit, the rules of each chapter, and the rules without a test.
 
 >>> rule = RULES["CMD-03"]
 >>> bit_names(rule.sets), rule.section

@@ -110,7 +110,7 @@ ROWS: tuple[BitCause, ...] = (
 
 
 def cause_of(word: int, bit: int) -> BitCause | None:
-    """Return the row of a bit in an input word, both by number; None if it is not a status bit.
+    """Return the row for a bit of an input word, both given by number; None if it is not a status bit.
 
     >>> cause_of(0, 4).on
     'a search has found home'

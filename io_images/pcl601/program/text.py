@@ -119,7 +119,7 @@ def _column(line: str, error: UnexpectedInput) -> int:
 
 
 def _reason(line: str, error: UnexpectedInput) -> str:
-    """Return the error in a line and what is allowed instead."""
+    """Return the error in a line, with the allowed words."""
     begin = _column(line, error) - 1
     words = line[begin:].split()
     if words and not line[:begin].strip():

@@ -164,7 +164,7 @@ def _words(rows: Any) -> list[Any]:
 
 
 def _repeating(count: int, most: int) -> Any:
-    """Return the indexes of `count` scans, and the last one again up to `most` indexes."""
+    """Return the indexes of `count` scans; repeat the last index to fill `most` places."""
     return np.minimum(np.arange(most), count - 1)
 
 

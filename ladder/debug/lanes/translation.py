@@ -15,7 +15,7 @@ from .vectors import WITH_MASK
 def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
     """Return a program as code that works on arrays, for `Vectors`; None if it can't run on arrays.
 
-    It can't if it has anything beyond ordinary routines: tasks, Python routines, axes or messages.
+    Only ordinary routines can run on arrays, not tasks, Python routines, axes or messages.
 
     Args:
         loaded: identifiers of the variables whose values are available as arrays.
@@ -80,7 +80,7 @@ class _Translator:
 
     Args:
         used: the variables of the program.
-        loaded: those whose values are available as arrays.
+        loaded: the variables whose values are available as arrays.
         assigned: the names that the function assigns.
         routines: the names of the program's functions.
         constants: the arguments that are the same number in all calls.
@@ -219,7 +219,7 @@ class _Translator:
         return repr(node.value)
 
     def _tuple(self, node: ast.Tuple, _mask: str) -> str:
-        """Return the empty tuple, the only one with a translation."""
+        """Return the empty tuple, the only tuple with a translation."""
         if node.elts:
             raise NotTranslatedError
         return "()"
@@ -250,7 +250,7 @@ class _Translator:
         return f"({sign}{self._number(node.operand, mask)})"
 
     def _bin_op(self, node: ast.BinOp, mask: str) -> str:
-        """Return a calculation; only a constant may be a divisor or a number of places to shift."""
+        """Return a calculation; only a constant can be a divisor or a shift count."""
         bitwise = _BITWISE.get(type(node.op))
         if bitwise is not None:
             return f"({self._expression(node.left, mask)} {bitwise} {self._expression(node.right, mask)})"
@@ -265,7 +265,7 @@ class _Translator:
         return f"({left} {sign} {right})"
 
     def _compare(self, node: ast.Compare, mask: str) -> str:
-        """Return a comparison; a chained one is a conjunction."""
+        """Return a comparison; a chained comparison is a conjunction."""
         values = [self._expression(operand, mask) for operand in (node.left, *node.comparators)]
         if not all(type(op) in _RELATIONS for op in node.ops):
             raise NotTranslatedError

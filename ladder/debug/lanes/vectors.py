@@ -5,7 +5,7 @@
                  if some(m1):  Lamp = put(m1, True, Lamp)
 
 The Python code from `compiler.source_of` is translated; a mask says which lanes run a line. A value that all
-lanes share may be a plain number. Lanes that fault, or that run a line without a translation, are `lost`:
+lanes share can be a plain number. Lanes that fault, or that run a line without a translation, are `lost`:
 their values are meaningless.
 """
 
@@ -94,7 +94,7 @@ class Vectors:
             rows[place] = put(both(mask, index == place), value, rows[place])
 
     def _places(self, mask: Mask, rows: Any, index: Any) -> list[int]:
-        """Return the indexes that lanes use; lose the lanes if one is out of range, or too many differ."""
+        """Return the indexes that lanes use; the lanes are lost if one is out of range or too many differ."""
         used = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
         places: list[int] = np.unique(used).tolist()
         if len(places) > MOST_PLACES or any(not 0 <= place < len(rows) for place in places):
@@ -136,7 +136,7 @@ class Vectors:
         return result
 
     def _negative(self, mask: Mask, _site: int, _tag: str, preset: Any, accumulated: Any) -> None:
-        """Lose the lanes in which PRE or ACC of a timer is negative."""
+        """Mark the lanes where PRE or ACC of a timer is negative as lost."""
         self._lose_if(mask, truth((preset < 0) | (accumulated < 0)))
 
     def _divide(self, mask: Mask, _site: int, a: Any, b: Any) -> Any:
@@ -160,7 +160,7 @@ class Vectors:
         return self._real_result(mask, site, np.asarray(a, float) / np.where(b == 0, 1.0, b))
 
     def _wrap(self, mask: Mask, value: Any, bits: Any) -> Any:
-        """Return a number wrapped to a number of bits; the lanes are lost unless they share it."""
+        """Return a number wrapped to `bits` bits; the lanes are lost unless they share `bits`."""
         if bits.__class__ is not int or not -32 <= bits <= 32:
             return self._lose(mask)
         return wrap(number(value), bits)
@@ -171,7 +171,7 @@ class Vectors:
     def _pick(
         self, mask: Mask, condition: Any, then: Callable[[Mask], Any], otherwise: Callable[[Mask], Any]
     ) -> Any:
-        """Return one of two values by a condition, each evaluated only for its own lanes."""
+        """Return one of two values by a condition; each value is evaluated only for its own lanes."""
         condition = truth(condition)
         if condition is True:
             return then(mask)
@@ -249,7 +249,7 @@ def or_(*values: Any) -> Any:
 
 
 def both(mask: Mask, condition: Any) -> Mask:
-    """Return the lanes of a mask in which a condition is true."""
+    """Return the lanes of a mask where a condition is true."""
     if condition is True or mask is False:
         return mask
     if condition is False:
@@ -258,7 +258,7 @@ def both(mask: Mask, condition: Any) -> Mask:
 
 
 def less(mask: Mask, condition: Any) -> Mask:
-    """Return the lanes of a mask in which a condition is false."""
+    """Return the lanes of a mask where a condition is false."""
     return both(mask, not_(condition))
 
 

@@ -62,7 +62,7 @@ def _resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[
     A control block of words also needs a stub.
     """
     for operand in operands:
-        message = resolver.any(operand) if isinstance(operand, Address) else None
+        message = resolver.any_operand(operand) if isinstance(operand, Address) else None
         if isinstance(message, Group) and message.type == MESSAGE:
             return (message,)
         if isinstance(message, Place) and message.type == INT:

@@ -26,7 +26,7 @@ def _resolve_sfr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
     routine = _chart_of(resolver, operands[0])
     if isinstance(operands[1], Number) and operands[1].value == 0:
         return routine, Constant(0, DINT)
-    step = resolver.any(operands[1])
+    step = resolver.any_operand(operands[1])
     if not isinstance(step, Group) or step.dims or step.type.name not in (STEP_TYPE, STOP_TYPE):
         raise mismatch(operands[1], step, "a step", "name a step or a stop, or 0")
     return routine, step
@@ -66,7 +66,7 @@ def _sfp(machine: Interpreter, routine: str, word: str) -> None:
 def _resolve_eot(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Resolved, ...]:
     """Reserve memory for the state bit; return the operand, which must be a bit."""
     resolver.kept(EOT_STATE, 0)
-    bit = resolver.any(operands[0])
+    bit = resolver.any_operand(operands[0])
     if not is_logical(bit):
         raise mismatch(operands[0], bit, "a bit", "name a BOOL")
     return (bit,)

@@ -305,7 +305,7 @@ def _reserve(resolver: OperandResolver, kind: str, instance: str, name: str) -> 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
     """Return the member of an axis's tag that has an attribute; raise an OperandError if there is none."""
     try:
-        member = resolver.any(tag.member(name))
+        member = resolver.any_operand(tag.member(name))
     except LadderError:
         member = None
     if not isinstance(member, Place) or member.type.is_bool:

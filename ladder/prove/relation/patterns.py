@@ -24,7 +24,7 @@ class Unknowns(Protocol):
     """Makes variables for bytes that have no terms."""
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
-        """Return a new variable with a kind and an interval."""
+        """Return a variable with an unknown value from `lo` to `hi`; a BOOL or a float has no interval."""
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
         """Return the variable for a computation, which is the same for equal operands."""

@@ -216,7 +216,10 @@ class System:
         return tuple(dict.fromkeys(self.unmodeled[name] for name in cone if name in self.unmodeled))
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:
-        """Return the held numbers that terms and their cone read."""
+        """Return the numbers that terms and their cone read and that nothing writes.
+
+        None here, because a bare system does not know its writers; the system of a program overrides this.
+        """
         return ()
 
     def limits_met(self) -> tuple[str, ...]:

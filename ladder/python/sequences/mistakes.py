@@ -188,7 +188,7 @@ def sources_of(cls: type) -> dict[str, str]:
 def _functions(cls: type) -> Iterator[FunctionType]:
     """Yield the methods of a class, then the `async def` functions before it in its module."""
     yield from functions_in(cls)
-    module = sys.modules.get(cls.__module__)
+    module = sys.modules.get(cls.__module__)  # still being executed: it has only what precedes the class
     for value in getattr(module, "__dict__", {}).values():
         if inspect.iscoroutinefunction(value) and value.__module__ == cls.__module__:
             yield value

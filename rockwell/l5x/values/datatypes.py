@@ -215,9 +215,9 @@ class Types:
         return kind
 
     def define(self, name: str, kind: DataType) -> None:
-        """Define a missing type."""
+        """Define a type, or replace it."""
         self._defined[name.upper()] = kind
-        self.wrong.clear()  # types with members of this one
+        self.wrong.clear()  # types that failed because of this one are looked up again
 
     def show(self, data: Element) -> DataType | None:
         """Return the type inferred from a decorated value; None if no type can be inferred.

@@ -114,7 +114,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
 
 
 def always(request: AxisRequest, options: object) -> bool:
-    """Refuse a missing function."""
+    """Return True: the device lacks the function under all options."""
     return True
 
 

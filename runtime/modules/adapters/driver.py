@@ -69,7 +69,7 @@ class Driver(Exchanges[Drive]):
         """End a pause if the adapter has a new request."""
 
     def forget(self) -> None:
-        """Forget the device's parameters, and drop pending requests to clear."""
+        """Forget the device's parameters, and drop pending clear requests."""
         raise NotImplementedError
 
     # -- the script ---------------------------------------------------------------------------
@@ -119,7 +119,7 @@ class Driver(Exchanges[Drive]):
         self._failures = 0
 
     def _read_after_connecting(self) -> Talk:
-        """Read the state of a device that answers; stop a configured one, which may still be moving."""
+        """Read the state of a device that answers; stop a configured device, which may be moving."""
         if self._was_ready:
             yield from self.halt()
         yield from self.read_all()
@@ -237,7 +237,7 @@ class Driver(Exchanges[Drive]):
         return not self.master.overdue or (yield from self.confirm_standstill())
 
     def slow_down(self, task: Task[Drive]) -> Talk:
-        """Stop with a ramp; an index move is then at rest."""
+        """Stop with a ramp; on return, an index move is at rest."""
         raise NotImplementedError
 
     def set_mark(self, task: Task[Drive]) -> Talk:

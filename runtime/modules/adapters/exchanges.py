@@ -43,7 +43,7 @@ Talk = Generator[Step, Reply | None, None]
 
 
 class Exchanges(Generic[Drive]):
-    """A device at the end of a link.
+    """Exchanges with a device at the end of a link.
 
     Attributes:
         position: the device's counter, as last read.
@@ -55,7 +55,7 @@ class Exchanges(Generic[Drive]):
         rebased: change of the counter, in steps, that was made without motion.
         findings: findings that the adapter has not processed yet.
         unfit: the device reports its own failure; the adapter clears MODULE_OK.
-        capture_level: level of the capture input that captures, None without a capture input.
+        capture_level: level of the capture input that triggers a capture; None without a capture input.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:
@@ -144,9 +144,10 @@ class Exchanges(Generic[Drive]):
     def confirm_standstill(
         self, gives_up: Callable[[], bool] = lambda: False
     ) -> Generator[Step, Reply | None, bool]:
-        """Poll until more polls in a row agree than replies may be late; return whether the axis rests.
+        """Poll until enough polls in a row agree despite late replies; return whether the axis is at rest.
 
-        A poll reads the status and then the position. The position is stored when enough polls agree. A poll
+        A poll reads the status and then the position. The position is stored when more polls agree than
+        replies can be late. A poll
         that shows a motion, a request for a hard stop, or `gives_up` ends the polling.
         """
         polls_needed, cut_before = self.master.overdue + 1, self.cut
@@ -189,7 +190,7 @@ class Exchanges(Generic[Drive]):
         self._settle_rebase(position)
 
     def _settle_rebase(self, counter: int) -> None:
-        """Conclude from the counter whether it was set: the reply to the write may have been lost."""
+        """Determine from the counter whether the write took effect, since its reply may have been lost."""
         rebased_to, self._rebasing_to = self._rebasing_to, None
         if rebased_to is not None and abs(counter - rebased_to) < abs(counter - self.position):
             self.rebased += rebased_to - self.position

@@ -185,7 +185,7 @@ class LinkedAxis(Generic[Drive]):
         raise NotImplementedError
 
     def cut(self, now_ns: int) -> None:
-        """Send a hard stop before anything else; `moving` stays true until the axis is read at rest."""
+        """Send a hard stop before anything else; `moving` is true until a read shows the axis at rest."""
         self.driver.cut = True
 
     def watch_steps(self, steps: int) -> None:

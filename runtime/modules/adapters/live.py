@@ -61,7 +61,7 @@ class LiveAdapter(Adapter[Drive]):
             self._line.close()
 
     def _wait_for_standstill(self) -> None:
-        """Work on the line until no stop or motion is left, at most for `STOP_S`."""
+        """Process the line until no stop or motion is left, for at most `STOP_S`."""
         end_ns = self._clock.now_ns() + round(STOP_S * 1e9)
         driver, is_moving = self.driver, True
         while is_moving and self._clock.now_ns() < end_ns:
@@ -71,7 +71,7 @@ class LiveAdapter(Adapter[Drive]):
 
     @override
     def _words_due_ns(self) -> int:
-        """Return the present: after a late scan, the next scan may come before the next tick."""
+        """Return the present, because after a late scan, the next scan may come before the next tick."""
         return self._now_ns
 
     @override

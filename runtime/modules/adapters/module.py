@@ -1,12 +1,13 @@
-"""An adapter in its slot, which is the 3601's command layer and a device at the end of a line.
+"""An adapter in a slot: the 3601's command layer, and a device at the end of a line.
 
     changed words act at the next 250 µs; inputs act when they have been read
     |  tick  |        |        |        |
     words --^    line: request, reply, request, reply ... published --^ tick
 
-Without a good exchange, MODULE_OK is clear, the words keep their values, and commands are ignored. A new
-configuration is shown once the device has it. STOPPED, MOVE_COMPLETE, AT_HOME and HOLD_STATE are shown once
-the device has been read at rest. Words that arrive during a hard stop or a configuration wait for its end,
+Without a successful exchange, MODULE_OK is clear, the words keep their values, and commands are ignored. A
+new configuration is shown once the device has accepted it. STOPPED, MOVE_COMPLETE, AT_HOME and HOLD_STATE are
+shown once a read finds the device at rest. Words that arrive during a hard stop or a configuration wait for
+its end,
 in their order:
 
     words  STOP  0  PRESET  0                         outputs, one image after the other
@@ -76,7 +77,7 @@ class AdapterKind(Generic[Drive]):
         driver: makes a driver from options and an address.
         axis: makes an axis, not yet configured, from a driver and options.
         plant: makes a simulated device at address 1 from its machine and options.
-        capabilities: its reasons to refuse configurations and commands.
+        capabilities: reasons to refuse configurations and commands.
         network: opens a port that is not a serial line, by its name; None for a serial line.
     """
 
@@ -161,7 +162,7 @@ class Adapter(Generic[Drive]):
     # -- the contract -------------------------------------------------------------------------
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        """Advance to `now_ns` with `outputs` in force since the last call; return the input image."""
         words_due_ns = NEVER
         if outputs.raw.tobytes() != self._acted_on:
             words_due_ns = self._words_due_ns()
@@ -196,7 +197,7 @@ class Adapter(Generic[Drive]):
         self._power_up()
 
     def cycle_device(self) -> None:
-        """Cycle the power of the device alone."""
+        """Cycle the power of the device, but not of the adapter."""
         self.controller.power_cycle(self._now_ns)
 
     def machine_at(self, now_ns: int) -> Machine:
@@ -358,7 +359,7 @@ class Adapter(Generic[Drive]):
                     self._show_end_of_range(now_ns)
 
     def _lose_power(self, now_ns: int) -> None:
-        """Note that the device has lost its power; a 3601 then loses its configuration too."""
+        """Note that the device has lost power; a 3601 then also loses its configuration."""
         self._note(now_ns, "power lost", "the device has lost its power and its configuration")
         self._reset_layer()
         self._image.clear()
@@ -370,7 +371,10 @@ class Adapter(Generic[Drive]):
         self._show(now_ns, "strayed", POSITION_INVALID, "the axis has moved without a command")
 
     def _show_return(self, now_ns: int, words: Words) -> None:
-        """Show that the link is back and the position is unknown; bits that are set cause no edge."""
+        """Show that the link is back and the position is invalid; refuse commands until all bits are off.
+
+        Command bits that are already on in `words` cause no edge.
+        """
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the device answers again; it may have moved without the link"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
@@ -420,7 +424,7 @@ class Adapter(Generic[Drive]):
 
 
 class SimulatedAdapter(Adapter[Drive]):
-    """An adapter with a simulated device and line, which can be disturbed."""
+    """An adapter with a simulated device and line; both can be disturbed."""
 
     controller: SimulatedController
 

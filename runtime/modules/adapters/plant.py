@@ -1,4 +1,4 @@
-"""An adapter's device with its line and machine, in the parts that all adapters share."""
+"""The parts of an adapter's device, line and machine that all adapters share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def switches_of(machine: Machine, bit: InputBit) -> tuple[Switch, ...]:
 class LinkedController:
     """A device at the end of a line, and the machine that it moves.
 
-    A real device uses this class itself: a program can't change its time, wiring or power.
+    A real device uses this class directly, because a program can't change its time, wiring or power.
 
     Attributes:
         machine: the machine that the device drives.
@@ -50,7 +50,7 @@ class LinkedController:
 
 
 class SimulatedController(LinkedController):
-    """A simulated device, whose line can be disturbed."""
+    """A simulated device on a line that can be disturbed."""
 
     line: SimulatedLine
 

@@ -59,7 +59,7 @@ class ProfileDriver(Driver[Settings]):
 
     @override
     def model(self, task: Task[Settings]) -> None:
-        """Plan the motion from its start on, at origin 0."""
+        """Plan the motion from its start, with origin 0."""
         now_ns, profile = self.master.now_ns, task.drive.profile
         if task.kind is TaskKind.INDEX:
             task.model = move(now_ns, 0, task.direction * task.steps, profile)

@@ -27,7 +27,7 @@ def adapter_record(
     """Return the record of an adapter, which acts as a 3601 with firmware 4.1."""
 
     def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
-        """Return the adapter with a simulated device; refuse another firmware, and any wiring."""
+        """Return the adapter with a simulated device; refuse any other firmware and any wiring."""
         if firmware != "4.1":
             raise SettingError("firmware", f"firmware {firmware}: {name} acts as firmware 4.1")
         if wiring is not None:

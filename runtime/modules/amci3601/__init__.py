@@ -1,4 +1,4 @@
-"""The simulated AMCI 3601, which is a command layer with the manual's rules and an axis that makes steps.
+"""The simulated AMCI 3601: a command layer with the manual's rules, and an axis that makes steps.
 
 `Amci3601` is the module. `CommandLayer` has the manual's rules and works over any `Axis`;
 `StepGenerator` is the simulated one.

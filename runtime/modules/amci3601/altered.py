@@ -1,4 +1,4 @@
-"""A 3601 that deviates from the model, for example by another reading of the manual or a missing rule.
+"""A 3601 that deviates from the model, for example by another interpretation of the manual or a missing rule.
 
 An `Alteration` is data; `Altered3601` is the simulated module with an alteration.
 """
@@ -49,8 +49,8 @@ class Alteration:
         during: the kind of motion during and after which bits are hidden; "" for always.
         hears: returns the output words that act when the module receives the given words.
         shows: returns the input words that the module shows where the model shows the given words.
-        layer: the class of its command layer.
-        scales: factors on the rates and speeds of its motions.
+        layer: the class of the module's command layer.
+        scales: factors on the rates and speeds of motions.
     """
 
     sentence: str
@@ -140,7 +140,7 @@ class Altered3601(Amci3601):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance the module with the words that it hears; return the words that it shows."""
+        """Advance the module with the altered outputs; return the altered input image."""
         image = super().update(now_ns, self._altered_outputs(outputs))
         words = self._masked(tuple(image))
         if self.alteration.shows is not None:
@@ -154,7 +154,7 @@ class Altered3601(Amci3601):
         return super().calm_until_ns(self._altered_outputs(outputs))
 
     def _altered_outputs(self, outputs: Image) -> Image:
-        """Return the outputs as the module hears them; a configuration is heard unchanged."""
+        """Return the altered outputs; a configuration is not altered."""
         hears = self.alteration.hears
         if hears is None or outputs[0] & CONFIGURES:
             return outputs

@@ -1,4 +1,4 @@
-"""The 3601's functions, and those that an axis lacks.
+"""The 3601's functions, and the functions that an axis lacks.
 
 The command layer checks the manual's rules first, then the axis. It refuses a function that the axis lacks
 with the 3601's error bits, and an event states the reason.
@@ -64,7 +64,7 @@ class Capabilities:
     """The functions of an axis, by default all. A limited axis overrides the methods.
 
     Attributes:
-        homing: the part of homing in `Axis.home`, for every kind of homing.
+        homing: the part of homing that `Axis.home` carries out, for every kind of homing.
         shared_limit: the end limits share one input; both bits show an active limit on an unknown side.
         home_is_ccw_limit: the home switch is also the CCW limit; an active switch blocks CCW motion only.
     """
@@ -74,7 +74,7 @@ class Capabilities:
     home_is_ccw_limit = False
 
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return the part of homing in `Axis.home` for a kind of homing."""
+        """Return the part of a kind of homing that `Axis.home` carries out."""
         return self.homing
 
     def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:

@@ -68,14 +68,14 @@ class Axis(Protocol):
         """Start a motion that lasts until it is stopped.
 
         Args:
-            registration: the number of steps of a later `register`, or None without one.
+            registration: the number of steps that a later `register` requests, or None.
         """
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
         """Carry out the axis's own part of homing; see `AxisHoming`."""
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Ramp from the present speed to the profile's, which may be below its starting speed."""
+        """Ramp from the present speed to the profile's speed, which may be below its starting speed."""
 
     def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""

@@ -40,7 +40,7 @@ class BlendSession:
         return sum(steps for steps, *_ in self.segments) + length > PARAMETER_MAX
 
     def newest_segment_fits(self, start_sps: int) -> bool:
-        """Return whether the newest segment fits its ramp; the last must also fit the final ramp (A-58)."""
+        """Return whether the ramp fits the newest segment; for the last, also the final ramp (A-58)."""
         if len(self.segments) == self.announced:
             try:
                 check_blend(start_sps, self.segments, self.final_deceleration, self.final_shape)

@@ -55,7 +55,7 @@ HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
 
 class CommandLayer(Host):
-    """Rules, modes and memory of a 3601, which work over any axis.
+    """The rules, modes and memory of a 3601, for any axis.
 
     Args:
         firmware: the module's firmware revision, which determines its functions.
@@ -138,7 +138,7 @@ class CommandLayer(Host):
             self.operation.on_end(now_ns)
 
     def leave_run_mode(self, now_ns: int) -> None:
-        """Leave run mode, which stops a motion and invalidates the position [chapter 5 note 9]."""
+        """Leave run mode; this stops a motion and invalidates the position [chapter 5 note 9]."""
         self.state.running = False
         if self.cuttable:
             if self.options.invalid_after_program_mode:
@@ -176,8 +176,8 @@ class CommandLayer(Host):
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
         """Obey words that have changed: follower and blocks, then a command bit that has risen.
 
-        Words that stop a motion only continue an open programming session. Undescribed bits refuse
-        everything.
+        Words that stop a motion can only continue an open programming session. An undescribed bit causes all
+        words to be refused.
         """
         if self.profile.undescribed and self._refuses_undescribed_bits(now_ns, command, previous):
             return
@@ -208,7 +208,7 @@ class CommandLayer(Host):
         return any(bits_now & bit for bit in undescribed_bits.values())
 
     def _stops(self, command: CommandWords, risen_bits: int) -> bool:
-        """Return whether the command holds or stops a motion, whatever the LSW contains (reading A-30).
+        """Return whether the command holds or stops a motion, regardless of the LSW (reading A-30).
 
         In follower mode, Hold and Immediate Stop have no effect [chapter 6, Command Error 34].
         """
@@ -230,7 +230,7 @@ class CommandLayer(Host):
             COMMANDS[command.msw](self, now_ns, command)
 
     def _refuse_several(self, now_ns: int, command: CommandWords, risen_bits: int) -> None:
-        """Refuse several command bits at once; a motion reacts to them."""
+        """Refuse several command bits that are set together; a running motion reacts to them."""
         self.fire_all(now_ns, faults_of_several(self, command, risen_bits))
         if self.operation is not None:
             self.operation.on_many_bits(now_ns)
@@ -282,7 +282,7 @@ class CommandLayer(Host):
                 shown_bits |= bits
 
     def _note_error(self, bits: int) -> None:
-        """Note a command error, which ends a resumable hold [chapter 4, Resume Move]."""
+        """Note a command error and end a resumable hold [chapter 4, Resume Move]."""
         if bits & COMMAND_ERROR:
             self.state.error_since_start = True
             self._forfeit()

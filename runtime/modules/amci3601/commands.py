@@ -174,7 +174,7 @@ def reserved(host: Host, now_ns: int, command: CommandWords) -> None:
 def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
     """Store the minimum registration distance when LSW bit 10 rises; refuse it together with a command.
 
-    A refusal also locks the module, which then refuses the other command too. Several command bits have
+    A refusal also locks the module, so the other command is refused as well. Several command bits have
     precedence (reading A-93).
     """
     has_risen = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)

@@ -23,9 +23,10 @@ def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: Comm
 
 
 def _release_axis(host: Host, now_ns: int, previous: CommandWords) -> bool:
-    """Release the command bits, which ends a jog; return whether no move runs any longer.
+    """Release the command bits, which ends a jog; return whether all moves have ended.
 
-    A move that still runs is an error (CMD-01), once: in the scan that first requests configuration mode.
+    A move that is still running is an error (CMD-01), but only in the scan that first requests configuration
+    mode.
     """
     if host.operation is not None:
         host.operation.on_release(now_ns)

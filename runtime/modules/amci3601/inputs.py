@@ -1,4 +1,4 @@
-"""Discrete inputs, which are sampled at every tick; some of them stop any operation [chapter 6]."""
+"""The discrete inputs, sampled at every tick; some of them stop any operation [chapter 6]."""
 
 from __future__ import annotations
 

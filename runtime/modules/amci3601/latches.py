@@ -88,7 +88,7 @@ class Latches:
         return fault.all_bits(self.profile)
 
     def note(self, now_ns: int, rule_id: str) -> None:
-        """Report a rule whose bits an option has switched off, without setting them."""
+        """Report a rule, but do not set its bits, because an option has switched them off."""
         self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:

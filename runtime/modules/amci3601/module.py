@@ -1,4 +1,4 @@
-"""The simulated 3601 in its slot, with its time, its 250 µs scan and its input image.
+"""The simulated 3601 in a slot: its time, its 250 µs scan and its input image.
 
 The module's firmware reads its words and inputs every 250 µs. The model skips ticks at which nothing has
 changed. It processes two kinds of instants:
@@ -48,7 +48,8 @@ class Amci3601(SteppedModule):
 
     Attributes:
         trouble: the present fault, or None; see `inject`.
-        linked: whether the PLC can reach the module. After a fatal error it still can, with MODULE_OK clear.
+        linked: whether the PLC can reach the module. It can still do so after a fatal error, but MODULE_OK is
+            clear.
             This is a plain field, since logic reads it in every scan.
         indicators: the lights of the front panel.
         events: events in order of time; the caller empties the list.

@@ -1,4 +1,4 @@
-"""The base class of operations, with a motion's reaction to each event, and the operations' host.
+"""The base class of operations, which defines a motion's reaction to each event, and the operations' host.
 
 An operation is one motion from its acceptance to its end. Each kind has its own file
 with the same few methods; together they implement the manual's tables of how Hold, the external input and end

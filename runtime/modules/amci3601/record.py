@@ -67,7 +67,8 @@ def stepper(profile: Profile, form: ImageForm | None = None) -> ModuleRecord:
     """Return the record of a module of the 3601's family; its name is its message name in lower case.
 
     Args:
-        form: form of its images, None for a 3601's. Images of another form are shown with the names of their
+        form: form of the images; None for a 3601's form. Images of another form are shown with the names of
+        their
             words and bits, because the axis blocks and the number code expect a 3601's words.
     """
     words = profile if form is None else form.words(profile)

@@ -114,7 +114,7 @@ def same_limit_active(host: Host, command: CommandWords) -> bool:
 
 
 def not_held(host: Host, command: CommandWords) -> bool:
-    """Whether there is no held move for Resume."""
+    """Whether Resume has no held move to continue."""
     return host.state.held is None
 
 
@@ -142,7 +142,7 @@ def lsw_not_zero(host: Host, command: CommandWords) -> bool:
 
 
 def profile_words_given(host: Host, command: CommandWords) -> bool:
-    """Whether words 4 to 7, the speed and the rates, are not zero."""
+    """Whether words 4 to 7 (speed and rates) are not zero."""
     return any(command.words[4:])
 
 
@@ -225,7 +225,7 @@ def several_commands(host: Host, command: CommandWords) -> bool:
 
 
 def other_than_manual(host: Host, command: CommandWords) -> bool:
-    """Whether a command bit other than those of the two manual moves is set."""
+    """Whether a command bit other than the two manual move bits is set."""
     return bool(command.msw & OTHER_THAN_MANUAL)
 
 
@@ -362,7 +362,7 @@ _OF_BIT: dict[int, Refusals] = {
     CommandMsw.RUN_BLEND_CW.value: RUN_BLEND,
     CommandMsw.RUN_BLEND_CCW.value: RUN_BLEND,
 }
-"""The rules of commands whose rules never vary; Hold and Immediate Stop have none."""
+"""Rules of the commands with fixed rules; Hold and Immediate Stop have no rules."""
 
 
 def refuse_if_broken(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
@@ -404,5 +404,5 @@ def refusals_of(host: Host, command: CommandWords) -> Refusals:
 
 
 def registers(host: Host, command: CommandWords) -> bool:
-    """Return whether a manual move is a registration move: with a target, and supported by the firmware."""
+    """Return whether a manual move is a registration move: it has a target, and the firmware supports it."""
     return host.firmware.registration and target_not_zero(host, command)

@@ -63,7 +63,7 @@ def _joined(msw: int, lsw: int) -> int:
 
 
 def _status_msw(host: Host) -> int:
-    """Return word 0: latched bits, and motion bits of the axis or, while it rests, of the operation."""
+    """Return word 0: latched bits, and motion bits of the axis or, at rest, of the operation."""
     bits = host.state.latches.bits
     direction, ramp = host.axis.direction, host.axis.ramp
     if direction == 0 and host.operation is not None:

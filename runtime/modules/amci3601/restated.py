@@ -38,7 +38,7 @@ class Restated3601(Amci3601):
 
     @override
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return the predicted words at their places in this image, without those that it lacks."""
+        """Return the predicted words at their places in this image; omit words that the image lacks."""
         words_3601 = super().foretell(first_ns, every_ns, count)
         return {
             self._word_places[word]: values

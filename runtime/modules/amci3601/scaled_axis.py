@@ -1,4 +1,4 @@
-"""A step generator whose rates and speeds are wrong by a factor."""
+"""A step generator with rates and speeds that are off by a factor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulated axis, whose steps are computed from formulas and move a machine.
+"""The simulated axis; its steps are computed from formulas and move a machine.
 
 The generator has at most one motion, a piecewise polynomial of time. It never loops over steps:
 it calculates the instant of its next change, and the position at any instant.
@@ -51,7 +51,7 @@ class AxisConfiguration(Protocol):
 
 
 class StepGenerator:
-    """An `Axis` with computed steps, which turn a `Machine`.
+    """An `Axis` with computed steps that turn a `Machine`.
 
     Args:
         diagnostic_wiring: the step outputs are wired to the encoder inputs
@@ -204,7 +204,7 @@ class StepGenerator:
         self._watched_counts = counts, direction
 
     def watch_marker(self) -> None:
-        """Request a tick at the next marker pulse; ignore earlier ones."""
+        """Request a tick at the next marker pulse; ignore earlier pulses."""
         self._marker_watched = True
         self.marker_seen = False
 
@@ -216,7 +216,7 @@ class StepGenerator:
     # -- prediction ---------------------------------------------------------------------------
 
     def counts_calm_until_ns(self) -> int:
-        """Return the instant until which the counts follow the motor one to one, or 0 if they don't."""
+        """Return an instant before which the counts follow the motor one to one, or 0 if they don't."""
         if self._counts_itself:
             return NEVER
         turns_ns = self.machine.turns_ns(self.now_ns)
@@ -230,7 +230,7 @@ class StepGenerator:
         return calm_until_ns if slip_ns is None else min(slip_ns, calm_until_ns)
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant until which the shaft does not enter or leave positions `first` to `last`."""
+        """Return an instant before which the shaft does not enter or leave positions `first` to `last`."""
         if self.motion is None:
             return NEVER
         direction, shaft = self.motion.direction, self.machine.shaft
@@ -246,7 +246,7 @@ class StepGenerator:
         )
 
     def levels_calm_until_ns(self) -> int:
-        """Return the instant until which no input's level changes."""
+        """Return an instant before which no input's level changes."""
         acts_ns = self.machine.acts_next_ns
         if self.motion is None:
             return acts_ns
@@ -280,7 +280,7 @@ class StepGenerator:
         self._encoder_offset = self._last_encoder - self._source_counts()
 
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
-        """Start a move over `distance` steps, which is signed and not 0."""
+        """Start a move over `distance` steps (signed, not 0)."""
         self._begin(plan_move(now_ns, self.position, distance, profile))
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
@@ -308,7 +308,7 @@ class StepGenerator:
         raise NotImplementedError
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Ramp from the present speed to the profile's."""
+        """Ramp from the present speed to the profile's speed."""
         if self.motion is not None:
             self._replace(
                 now_ns,
@@ -408,7 +408,7 @@ class SteppedModule:
     _acted_on: bytes | None  # the output words that were obeyed
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant until which only position and count change."""
+        """Return an instant before which only position and count change."""
         if outputs.raw.tobytes() != self._acted_on:
             return 0
         return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
@@ -442,11 +442,11 @@ class SteppedModule:
         return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant until which the shaft does not enter or leave positions `first` to `last`."""
+        """Return an instant before which the shaft does not enter or leave positions `first` to `last`."""
         self.axis.advance(self._now_ns)
         return self.axis.shaft_calm_until_ns(first, last)
 
     def levels_calm_until_ns(self) -> int:
-        """Return the instant until which no level of the machine's inputs changes."""
+        """Return an instant before which no level of the machine's inputs changes."""
         self.axis.advance(self._now_ns)
         return self.axis.levels_calm_until_ns()

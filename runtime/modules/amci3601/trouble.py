@@ -49,4 +49,4 @@ FAULT_IMAGES: Mapping[ModuleFault, FaultImage] = {
         (EVERY_BIT & ~FATAL_CLEARS, *FROZEN[1:]), linked=True, lights=DIAGNOSTICS_FAILED
     ),
 }
-"""The change that each fault makes to the last image before it."""
+"""The effect of each fault on the last image before the fault."""

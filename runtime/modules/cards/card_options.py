@@ -262,7 +262,7 @@ class CardOptions(Options):
 
 
 def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
-    """Return the words of a digital card, in which each wired terminal is a named bit."""
+    """Return the words of a digital card; each wired terminal is a named bit."""
     return ModuleWords(
         "Discrete",
         outputs=WORD_NAMES,

@@ -1,4 +1,4 @@
-"""A card in its slot, whose inputs follow their wiring at once and whose outputs follow the image.
+"""A card in a slot; its inputs follow their wiring immediately, and its outputs follow the image.
 
     scan n         the program reads the inputs at the scan's instant
                    the program writes the output words; lamps show them until the next write
@@ -113,7 +113,7 @@ class GenericCard(Module):
         return self._image
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant until which no input changes; see `runtime.loop.module.ForeseeingModule`."""
+        """Return an instant before which no input changes; see `runtime.loop.module.ForeseeingModule`."""
         if self.lit != (self._outputs(outputs) if self._plc_running else 0):
             return 0
         if self.kind.channels_out and self._driving(outputs) != self._driven_before:
@@ -136,7 +136,7 @@ class GenericCard(Module):
         """Do nothing, because contacts keep their state and the next image is the same."""
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set a digital input, which keeps the level.
+        """Set a digital input; it keeps the level.
 
         Raises:
             ValueError: an unknown input, an analog input, or an input that a cam operates.
@@ -161,7 +161,7 @@ class GenericCard(Module):
         self._levels = self._levels | 1 << terminal if energized else self._levels & ~(1 << terminal)
 
     def set_value(self, name: str, value: float | Decimal) -> None:
-        """Set an analog input, which keeps the value.
+        """Set an analog input; it keeps the value.
 
         Args:
             value: -30 to 30 V or mA for a channel with a range; otherwise the raw number, -32,768 to 32,767.
@@ -245,7 +245,7 @@ class GenericCard(Module):
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energized": energized}))
 
     def _unit(self, name: str) -> str:
-        """Return a space and the unit of a channel with a range; otherwise an empty text."""
+        """Return a space and the unit of a channel with a range; otherwise an empty string."""
         channel = self._channels.get(("I", self.options.inputs[name]))
         return "" if channel is None else f" {channel.range.unit}"
 

@@ -54,7 +54,7 @@ STATES: Mapping[str, Mapping[str, Action]] = {
 
 
 class NumberRow(NamedTuple):
-    """A name that has a number."""
+    """A name whose state is a number."""
 
     lowest: int
     highest: int

@@ -1,4 +1,4 @@
-"""A simulated networked drive, with its time, its inputs and its images of ten words in each direction.
+"""A simulated networked drive: its time, its inputs, and its images of ten words in each direction.
 
 It has no clock and no port. In a slot, the scan loop calls `update`; a server or an adapter calls `advance`
 and `obey`. New words act when they arrive. The drive samples its inputs every 250 us (interpretation R-41),
@@ -106,7 +106,7 @@ class DriveUnit(SteppedModule):
 
     @property
     def now_ns(self) -> int:
-        """The instant up to which the unit is advanced."""
+        """The instant to which the unit has been advanced."""
         return self._now_ns
 
     # -- the contract of a slot -----------------------------------------------------------------
@@ -219,7 +219,7 @@ class DriveUnit(SteppedModule):
         self._set_condition(StatusBit.TEMPERATURE_90C, on=celsius > HOT_C)
 
     def set_driver_fault(self, faulty: bool) -> None:
-        """Make the driver too hot to work, or cool again."""
+        """Begin or end a driver fault, caused by overheating."""
         self._touch()
         self._hot = faulty
         self.layer.overheat(self._now_ns, faulty)
@@ -243,7 +243,7 @@ class DriveUnit(SteppedModule):
         self._plan(self._now_ns)
 
     def stall(self) -> None:
-        """Stall the motor, which stops a motion with stall detection."""
+        """Stall the motor; with stall detection, this stops a motion."""
         configuration = self.layer.state.configuration
         if configuration is not None and configuration.stall_detection:
             self._touch()

@@ -1,4 +1,4 @@
-"""The command layer of a drive, with its modes, rising bits, refusals and latched status.
+"""The command layer of a drive: modes, rising bits, refusals and latched status.
 
 The unit calls it when its words change, when an input may have changed, and at the exact end of a motion.
 A tick does the following, in this order:
@@ -82,7 +82,7 @@ MOVES = (
     | CommandBit.RUN_ASSEMBLED_MOVE
 )
 SYNCHROSTEP = 1 << 12 | 1 << 14
-"""Modifier bits of SynchroStep, which are reserved on a model without it."""
+"""Modifier bits of SynchroStep, which are reserved on a model without SynchroStep."""
 RESULTS = StatusBit.HOLD_STATE | StatusBit.AT_HOME | StatusBit.MOVE_COMPLETE
 """Status bits that show the end of a motion."""
 RESETTABLE = (
@@ -118,7 +118,7 @@ class DriveLayer:
         in_configuration: whether the unit is in configuration mode.
         enabled: whether the driver is enabled.
         faulty: whether the driver is too hot.
-        frozen: whether the unit ignores all words since a write to flash, until a power cycle [SMD p. 72].
+        frozen: whether the unit has written its flash and ignores all words until a power cycle [SMD p. 72].
         current: motor current in force, 0.1 A.
         jerk: jerk of the last motion.
         command: the output words in force.
@@ -300,7 +300,7 @@ class DriveLayer:
     # -- words --------------------------------------------------------------------------------
 
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
-        """Obey new words: configuration mode, or the enable bit, fallen bits, and the command that rose."""
+        """Obey new words: configuration mode, or the enable bit, fallen bits and the risen command bit."""
         previous = self.command
         if words[0] & CommandBit.MODE_CONFIG:
             self.command = DriveCommand(words, self.model, self._output_format)
@@ -330,7 +330,7 @@ class DriveLayer:
             self.cut(now_ns, "DRV-02")
 
     def _react_to_fallen_bits(self, now_ns: int, fallen: CommandBit) -> None:
-        """Clear the acknowledge, disarm a move or continue the programming when their bit falls."""
+        """Clear the acknowledge bit, disarm a move or continue the programming when its bit falls."""
         if fallen & (CommandBit.PRESET_POSITION | CommandBit.PRESET_ENCODER | CommandBit.RESET_ERRORS):
             self.status.clear(StatusBit.ACKNOWLEDGE)
         if fallen & MOVES:
@@ -366,7 +366,7 @@ class DriveLayer:
         """Report the first broken rule; return whether a rule is broken.
 
         Args:
-            rules: ids of rules, each with whether the rule is broken.
+            rules: pairs of a rule's id and whether the rule is broken.
         """
         for rule_id, is_broken in rules:
             if is_broken:
@@ -377,7 +377,7 @@ class DriveLayer:
     # -- configuration mode -------------------------------------------------------------------
 
     def _configure(self, now_ns: int, words: tuple[int, ...], *, entering: bool) -> None:
-        """Store the words of configuration mode, which act when the mode is left."""
+        """Store the words of configuration mode; they act when the mode is left."""
         if entering:
             self.in_configuration = True
             self._written = self.armed = self.held = self.session = None
@@ -533,9 +533,9 @@ class DriveLayer:
         self._adopt_current_and_jerk(command)
 
     def _adopt_current_and_jerk(self, command: DriveCommand) -> None:
-        """Adopt the jerk of a command, and its motor current or else that of the configuration.
+        """Adopt a command's jerk, and its motor current or else the configured current.
 
-        A registration move keeps the current in force, because its minimum distance is in that word.
+        A registration move keeps the current in force, because that word contains its minimum distance.
         """
         configuration = self.state.configuration
         assert configuration is not None
@@ -615,7 +615,7 @@ class DriveLayer:
         return command.target * PICO < ramp
 
     def _preset_position(self, now_ns: int, command: DriveCommand) -> None:
-        """Set the position to the target, or by a modifier to the encoder's count; end a hold."""
+        """Set the position to the target, or with a modifier bit to the encoder's count; end a hold."""
         copies = bool(command.modifiers & Modifier.ENCODER_TO_POSITION)
         value = self.axis.encoder if copies else command.target
         refusals = (
@@ -672,7 +672,7 @@ class DriveLayer:
             self.frozen = True
 
     def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        """Start or arm the stored segments: with Dwell Move as moves with pauses, else as one blend."""
+        """Start or arm the stored segments: with Dwell Move as moves with pauses, otherwise as one blend."""
         if not self._may_move(
             now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)
         ):
@@ -728,7 +728,7 @@ class DriveLayer:
     # -- the driver and the link --------------------------------------------------------------
 
     def overheat(self, now_ns: int, faulty: bool) -> None:
-        """Begin or end a driver fault, which is shown only while the driver is enabled [17 p. 84]."""
+        """Begin or end a driver fault; it is shown only while the driver is enabled [17 p. 84]."""
         self.faulty = faulty and self.enabled
         if not self.faulty:
             self.status.clear(StatusBit.DRIVER_FAULT)

@@ -129,7 +129,7 @@ class DriveMotion:
 
 
 class Move(DriveMotion):
-    """An absolute or relative move, which can be held and resumed."""
+    """An absolute or relative move; it can be held and resumed."""
 
     def __init__(self, layer: MotionHost, now_ns: int, name: str, target: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
@@ -341,7 +341,7 @@ class HomeSearch(DriveMotion):
 
 
 def blend_program(segments: Sequence[DriveCommand], start_sps: int) -> BlendProgram:
-    """Return segments as one motion, in which each segment ramps to its speed at its own rate.
+    """Return segments as one motion; each segment ramps to its speed at its own rate.
 
     See SMD p. 38, interpretation R-20.
 

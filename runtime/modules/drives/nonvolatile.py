@@ -17,7 +17,7 @@ class DriveMemory(BaseModel):
     Attributes:
         configuration: ten configuration words, or None.
         segments: output words for each segment of the stored assembled move, in order; empty without a move.
-        encoder_offset: count of the absolute encoder less the shaft's count, x4 counts; None if not saved.
+        encoder_offset: count of the absolute encoder minus the shaft's count, x4 counts; None if not saved.
         writes: number of writes to the flash.
     """
 
@@ -29,5 +29,5 @@ class DriveMemory(BaseModel):
     writes: Annotated[int, Field(ge=0)] = 0
 
     def written(self, **changes: object) -> DriveMemory:
-        """Return a copy with changed fields, which counts as one more write."""
+        """Return a copy with changed fields; the copy counts one more write."""
         return self.model_copy(update={"writes": self.writes + 1, **changes})

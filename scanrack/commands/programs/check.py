@@ -85,7 +85,7 @@ def _check_command(
 
 
 def _check_files(files: Sequence[str], drive: str | None) -> CheckReport:
-    """Check one rack or program; with a drive, list what changes when it replaces the 3601s."""
+    """Check one rack or program; with a drive, list the changes if it replaces the 3601s."""
     from scanrack.io_images.drives.models import MODELS
     from scanrack.jobs.check import check_rack, check_replacement, load_any
     from scanrack.jobs.prove.serving.judging import verdicts
@@ -133,7 +133,7 @@ def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
 
 
 def _say(report: CheckReport) -> None:
-    """Print the findings, their number, and what the checks could not see."""
+    """Print the findings, their number, and the limits of the checks."""
     for finding in report.findings:
         say(str(finding))
     number = len(report.findings)

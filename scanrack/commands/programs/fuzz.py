@@ -36,7 +36,7 @@ DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "comma
 
 
 def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
-    """Return the kinds selected by the options, or the kinds in the rack file without options."""
+    """Return the kinds selected by the options; without options, the kinds in the rack file."""
     if not (only or without):
         only, without = job.spec.fuzz.only, job.spec.fuzz.without
     chosen, excluded = (frozenset(map(_kind, names)) for names in (only, without))

@@ -1,4 +1,4 @@
-"""The budget of a `scanrack fuzz` session, and the share of it that explanations may use."""
+"""The budget of a `scanrack fuzz` session, and the share for explanations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EXPLAINING = 2
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """The limits of a session, which ends at the first one; `runs` applies only without other limits."""
+    """The limits of a session, which ends at the first limit; `runs` applies only without other limits."""
 
     runs: int  # number of scenarios
     wall_ns: int | None = None

@@ -1,4 +1,4 @@
-"""A session of `scanrack fuzz`, which repeats known failures, searches, reports, and writes the files."""
+"""A session of `scanrack fuzz`: it repeats known failures, searches, reports, and writes the files."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ from .fuzz_summary import (
 )
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
-"""Maximum and minimum number of scenarios per task, and its numbers of scans, which take a few seconds.
+"""Maximum and minimum number of scenarios per task, and scans per task (a few seconds).
 
 With an adapter in the rack, a scan takes at least ten times as long.
 """
 
 MOST_COVERED = 60
-"""Maximum number of runs on the coverage page, which shows the first runs that reached something new."""
+"""Maximum number of runs on the coverage page; it shows the first runs that reached something new."""
 
 COVERAGE = "coverage.html"
 """File name of the coverage page."""
@@ -199,7 +199,7 @@ class Session:
             say(f"{failure(counterexample)}\n  see {self._folder_of(counterexample.broken)}")
 
     def _kept_runs(self) -> list[Scenario]:
-        """Return the undisturbed run, and the first runs that reached something new."""
+        """Return the undisturbed run and the first runs with new coverage."""
         runs = [self.base or Scenario(), *(entry.scenario for entry in self._state.kept.entries)]
         return runs[:MOST_COVERED]
 
@@ -264,7 +264,7 @@ class Session:
         say(text, err=self.options.as_json)
 
     def _repeat_known_failures(self) -> None:
-        """Repeat known failures, and report those that have been fixed."""
+        """Repeat known failures, and report the fixed ones."""
         for broken in self._state.recheck(self._bench):
             self._report(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             note_fixed(self._folder_of(broken) / "report.txt")
@@ -312,7 +312,7 @@ class Session:
         with self._progress() as show, noting_ctrl_c() as was_pressed:
 
             def news(failures: list[Counterexample]) -> None:
-                """Show and save the new failures of a task, which may be none."""
+                """Show and save the new failures of a task, if any."""
                 if state.tasks >= tasks_until_new:
                     memory.all_were_run()
                 show(failures)

@@ -1,4 +1,4 @@
-"""The output of `scanrack fuzz`, which is its failures and the summary of the campaign."""
+"""The output of `scanrack fuzz`: failures, and the summary of the campaign."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def failure(example: Counterexample) -> str:
 
 
 def not_kept(error: OSError, failures: Collection[Counterexample], origin: Origin) -> str:
-    """Return the message that the disk is full, which contains the new failures as recipes."""
+    """Return the message for a full disk; it contains the new failures as recipes."""
     recipes = [
         Recipe(counterexample.scenario, origin, counterexample.broken.invariant).text().rstrip()
         for counterexample in failures
@@ -110,7 +110,7 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
 
 
 def left_over(state: State, spending: Spending) -> str:
-    """Return a line about work that was unfinished when time ran out; "" if there was none."""
+    """Return a line about work that was unfinished when time ran out; "" if none was."""
     rests = []
     if state.unshrunk:
         rests.append(f"{state.unshrunk:,} failures not shrunk completely")
@@ -137,7 +137,7 @@ def never_fired(never: Collection[UnfiredRule]) -> str:
 
 
 def held(names: Collection[str], state: State) -> str:
-    """Return a line with the invariants that were not broken; untested ones are marked."""
+    """Return a line with the unbroken invariants; untested invariants are marked."""
     untried = _untried(names, state)
     marked = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
     return f"held          {', '.join(marked) or 'nothing'}"
@@ -161,7 +161,7 @@ MOST_GAPS = 3
 
 
 def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
-    """Return three lines, with the covered parts, the parts that were not reached, and the next step.
+    """Return three lines: the covered parts, the parts that were not reached, and the next step.
 
     Args:
         scans: number of scans per run.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 from scanrack.jobs.imports.export_start import DOWNLOADED, ExportStart
-from scanrack.jobs.load.exports import begun
+from scanrack.jobs.load.exports import start_of_export
 from scanrack.jobs.load.trial import Trial, is_slc, tried
 from scanrack.ladder.files.rungfile import read_program
 from scanrack.ladder.files.suffixes import SUFFIX
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 
 
 def l5x(file: Path, options: L5xOptions) -> None:
-    """Report the imported, refused and running parts of an L5X or SLC export.
+    """Report the imported, refused and running parts of an L5X or SLC export, or print another output.
 
     Raises:
-        typer.Exit: with the status of the command, unless it is 0.
+        typer.Exit: always, with the status of the command.
     """
-    start = begun(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
+    start = start_of_export(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
     if file.is_dir():
         raise typer.Exit(_report_folder(file, options, start))
     if (status := _print_other_output(file, options, start)) is not None:
@@ -88,7 +88,7 @@ def _report_folder(folder: Path, options: L5xOptions, start: ExportStart) -> int
 
 
 def _print_other_output(file: Path, options: L5xOptions, start: ExportStart) -> int | None:
-    """Print or write the output that replaces the report; return the exit status, or None without one."""
+    """Print or write the output that replaces the report; return the exit status, or None for a report."""
     with reported_mistakes():
         if options.html is not None and options.against is None:
             raise ValueError("--html needs --against OLDER")

@@ -1,4 +1,4 @@
-"""`scanrack prove RACK`: prove claims about a ladder program, or refute them with scenarios."""
+"""`scanrack prove RACK`: prove properties of a ladder program, or refute them with scenarios."""
 
 from __future__ import annotations
 
@@ -114,7 +114,8 @@ def _prove_command(
     certificate is refused is unknown.
 
     For two programs, it compares each bit and number that either program writes. It lists the values that can
-    differ in one scan and ever, each with a run and the inputs on which the difference depends. All other
+    differ in one scan or in any run, each with a run and the inputs on which the difference depends. All
+    other
     values are equal. With --may-differ, it fails if another value can differ.
 
     Examples:
@@ -193,7 +194,7 @@ def _installed_solvers() -> list[Solver]:
 
 
 def _say_result(subject: ProofSubject, result: Result) -> None:
-    """Print the result of a claim."""
+    """Print the result of a property."""
     say(line_of(result, max(len(claim.claim.name) for claim in subject.program.properties)))
     for line in below(subject, result):
         say(f"    {line}")

@@ -160,7 +160,7 @@ def listing(rules: Sequence[Rule], table: RuleTable = AMCI3601) -> str:
 
 
 def entry(rule: Rule, table: RuleTable = AMCI3601) -> Iterator[str]:
-    """Yield the lines of one rule: its text, then its bits, versions and readings as far as it has any."""
+    """Yield the lines of one rule: its text, then its bits, versions and readings, if any."""
     yield f"{rule.id:<{len(INDENT)}}{rule.section}"
     yield from _paragraph(rule.text)
     for title, words in (

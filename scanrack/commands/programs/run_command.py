@@ -128,7 +128,7 @@ def run_command(options: RunArguments) -> NoReturn:
         SystemExit: always, with a status of `terminal.status`.
     """
     with imported():
-        from scanrack.jobs.load.exports import begun
+        from scanrack.jobs.load.exports import start_of_export
         from scanrack.jobs.load.loading import forces_to_hold, load_job, scans_to_run, with_tags
         from scanrack.jobs.run.build import check_ports
         from scanrack.jobs.run.running import RunOptions
@@ -137,7 +137,7 @@ def run_command(options: RunArguments) -> NoReturn:
         from .run_job import retained_memory, run_job, run_retained, servers_at, trace_path
 
     try:
-        export = begun(keep_values=options.keep_values, memory=options.memory)
+        export = start_of_export(keep_values=options.keep_values, memory=options.memory)
         job = with_tags(load_job(options.rack, export=export), options.tag or ())
         count = scans_to_run(job.spec, options.duration, options.scans, endless=options.realtime)
         keep = 0 if options.replace else None

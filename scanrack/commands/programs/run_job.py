@@ -1,4 +1,4 @@
-"""A run by `scanrack run`, with its scans, recording, servers and summary."""
+"""A run by `scanrack run`: scans, recording, servers and summary."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def run_job(
     as_json: bool = False,
     server: Sequence[ServerAddress] = (),
 ) -> int:
-    """Run a job and report its result; return the exit status.
+    """Run a loaded rack and report the result; return the exit status.
 
     Args:
         scans: number of scans; None runs until Ctrl-C.
@@ -98,7 +98,7 @@ def _end_servers(services: TagServices, status: int) -> int:
 
 
 def _warn(job: LoadedRack, *, without_clients: bool) -> None:
-    """Print a job's warnings, including one if its servers end before a client can connect."""
+    """Print a loaded rack's warnings, including one if its servers end before a client can connect."""
     _complain_all(job.warnings)
     if without_clients:
         complain("without --realtime the run does not wait for clients; the servers end with the run")
@@ -129,7 +129,7 @@ def servers_at(
 def _open_servers(
     job: LoadedRack, addresses: Sequence[ServerAddress], ports: ExitStack, *, live: bool
 ) -> TagServices | None:
-    """Open tag servers, which close when `ports` closes.
+    """Open tag servers; they close when `ports` closes.
 
     Raises:
         ValueError: a port can't be used, or the rack file lacks an entry that a server needs.
@@ -144,7 +144,7 @@ def _open_servers(
 
 
 ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
-"""How a run ended, for --json, by exit status."""
+"""Outcome of a run for --json, by exit status."""
 
 
 def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
@@ -178,14 +178,14 @@ def _default_path(job: LoadedRack) -> Path:
 
 
 def retained_memory(job: LoadedRack, path: Path, trace: Path | None, keep: int | None) -> RetainedMemory:
-    """Return the retained tags of a job; see `RetainedMemory`."""
+    """Return the retained tags of a loaded rack; see `RetainedMemory`."""
     from scanrack.jobs.run.retained_memory import RetainedMemory
 
     return RetainedMemory(job, path, trace, keep)
 
 
 def run_retained(retained: RetainedMemory, run: Callable[[LoadedRack], int]) -> int:
-    """Run a job that begins with retained tags, and write the tags at its end; return the exit status."""
+    """Run a loaded rack with its retained tags, and store the tags at the end; return the exit status."""
     with retained:
         for note in retained.begin():
             complain(note)

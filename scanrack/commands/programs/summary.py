@@ -20,7 +20,7 @@ WIDTH = 14
 def summary(
     result: RunResult, wall_ns: int, pacer: Pacer, stubs: Sequence[str] = (), sequences: Sequence[str] = ()
 ) -> str:
-    """Return the closing summary of a run; a title without a line is left out."""
+    """Return the closing summary of a run; titles without lines are omitted."""
     paragraphs: dict[str, Iterable[str]] = {
         "scans": _scans(result.scans, wall_ns),
         "machine time": [f"{seconds(result.time_ns)} s, run in {wall_ns / 1e9:.3g} s"],
@@ -105,7 +105,7 @@ def _start(result: RunResult) -> Iterator[str]:
 
 
 def _slot_prefix(slot: JsonValue, result: RunResult) -> str:
-    """Return "slot N, ", or "" if all moves and errors of the run are of one slot."""
+    """Return "slot N, ", or "" if all moves and errors of the run belong to one slot."""
     slots = {
         *(move.slot for move in result.moves),
         *(entry.slot for entry in result.errors + result.every_start),

@@ -1,1 +1,1 @@
-"""Commands for recordings: show, query, compare, export, plot, repair, replay, rerun."""
+"""Commands for traces: show, query, plot, compare, replay, export, import, repair."""

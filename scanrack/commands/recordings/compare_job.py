@@ -1,4 +1,4 @@
-"""Comparison of two traces, with its report and exit status."""
+"""Comparison of two traces: report and exit status."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def print_comparison(comparison: Comparison, names: tuple[str, str], *, as_json:
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:
-    """Return the names of two traces, which are their file names if these differ, otherwise their paths.
+    """Return the names of two traces: their file names if these differ, otherwise their paths.
 
     >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
     (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))
@@ -77,7 +77,7 @@ def compare_traces(options: CompareOptions) -> None:
 
 
 def _clock(trace_a: Trace, trace_b: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
-    """Return how times of trace B become times of trace A, as --align or --realign selects."""
+    """Return the map from times of trace B to times of trace A that --align or --realign selects."""
     if align_at is not None and realign_at is not None:
         raise ValueError("--align and --realign: give only one of them")
     if realign_at is not None:

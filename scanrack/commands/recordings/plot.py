@@ -1,4 +1,4 @@
-"""`scanrack plot TRACE`: draw a timing chart as an HTML page that zooms, or as a PNG or SVG picture."""
+"""`scanrack plot TRACE`: draw a timing chart as a zoomable HTML page, or as a PNG or SVG picture."""
 
 from __future__ import annotations
 

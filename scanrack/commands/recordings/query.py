@@ -21,7 +21,7 @@ from .show import new_table, print_block
 
 
 def print_answer(answer: Answer, limit: int | None) -> None:
-    """Print a count, or a table of at most `limit` occurrences with the number of all."""
+    """Print a count, or a table of at most `limit` occurrences and their total number."""
     if answer.aggregate == "count":
         say(answer.count)
         return

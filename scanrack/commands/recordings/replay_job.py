@@ -141,7 +141,7 @@ _DEFAULT = {
 
 
 def _rack_and_logic(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
-    """Return the rack and the logic, which is None if the recorded outputs are replayed."""
+    """Return the rack and the logic; the logic is None if the recorded outputs are replayed."""
     rack, program, trust = options.rack, options.program, options.trust
     if options.into is ReplayTarget.MODULE:
         if program is not None:

@@ -89,7 +89,7 @@ ONLY_WITH_EVERY = frozenset({"/indicators", "/texts"})
 
 
 class Contents:
-    """The parts of a trace to print, collected in one pass, which ends when the limit is reached.
+    """The parts of a trace to print, collected in one pass that ends at the limit.
 
     Attributes:
         count: number of all scans, including those outside the range.
@@ -201,7 +201,7 @@ def _scans_line(contents: Contents) -> str:
 
 
 def _more(capped: CappedList[T], kind: str) -> Iterator[str]:
-    """Yield a line about the items that were not kept, if there are or may be any."""
+    """Yield a line about the items that were not kept, if any exist or may exist."""
     if capped.stopped:
         yield f"... and maybe more {kind}: stopped at the limit"
     elif capped.more:

@@ -1,1 +1,1 @@
-"""Commands for controllers on a line: serve, drive, ports, probe, PCL601 and PMC006."""
+"""Commands for devices and hardware: device, serve, drive, conform."""

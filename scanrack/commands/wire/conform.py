@@ -178,7 +178,7 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
     """Return the result file, or None, and the files that no output may replace.
 
     Raises:
-        ValueError: an output can't be written, or would replace one of those files.
+        ValueError: an output can't be written, or would replace one of these files.
     """
     files_in_use = {options.source: "the file that is judged"} if options.source is not None else {}
     files_in_use |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
@@ -215,14 +215,14 @@ def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
-    """Return the times of the path; with a counter, the scan is 0, because its windows include it."""
+    """Return the times of the path; with a counter, the scan is 0, because the windows include it."""
     counted_ns = 0 if period_ns else timing.scan_ns
     scan_ns = counted_ns if scan is None else parse_time(scan)
     return replace(timing, scan_ns=scan_ns)
 
 
 def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[int] | None) -> PlayedPlan:
-    """Return the scenes of a result of conform, which is JSON, or those found in an imported trace."""
+    """Return the scenes of a conform result (JSON), or the scenes found in an imported trace."""
     with source.open("rb") as file:
         begin = file.read(1)
     if begin == b"{":
@@ -235,7 +235,7 @@ def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[i
 
 
 def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedPlan:
-    """Play the chosen scenes on a controller; refuse a real one without --live and --allow-writes."""
+    """Play the chosen scenes on a controller; refuse a real controller without --live and --allow-writes."""
     path = str(options.path)
     scene_names = {scene.name for scene in plan.scenes}
     unknown = [name for name in options.scene or () if name not in scene_names]
@@ -272,7 +272,7 @@ def _playable_scenes(options: ConformOptions, plan: ScenePlan, tags: ModuleTags)
 
 
 def _missing(scene: PlannedScene, tags: ModuleTags, *, has_encoder: bool) -> str:
-    """Return a requirement of a scene that is not met, or "" if all are met."""
+    """Return an unmet requirement of a scene, or "" if all are met."""
     wired = sum(bit.value for bit in tags.wiring or {})
     if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
         return "needs inputs that are wired to outputs (--wire)"

@@ -158,7 +158,7 @@ def run_program(context: typer.Context) -> None:
 def list_program(file: ProgramArgument) -> None:
     """Print a program line by line: address and size in program memory (bytes), and the instruction.
 
-    The sizes are those of this simulator; for the real unit, only "2 to 7 bytes" is published.
+    The sizes apply to this simulator; for the real unit, only "2 to 7 bytes" is published.
 
     Examples:
         scanrack device pcl601 program list program.pclt

@@ -68,7 +68,7 @@ def status_table(units: Sequence[ServedUnit]) -> Table:
 
 
 class TypedInputs:
-    """Lines that are typed while serving, each of which sets an input."""
+    """Lines typed while serving; each line sets an input."""
 
     def __init__(self, units: Sequence[ServedUnit]) -> None:
         self._units = units
@@ -104,7 +104,7 @@ def _line_at_terminal() -> str | None:
 
 
 class ConsoleLines:
-    """Lines typed at a Windows console, which a thread reads because `select` does not support it."""
+    """Lines typed at a Windows console; a thread reads them because `select` does not support consoles."""
 
     def __init__(self) -> None:
         self._lines: SimpleQueue[str] | None = None

@@ -76,7 +76,7 @@ class Bench:
 
     Args:
         logic: the program; a ladder program runs under a debugger for tags, forces and `why`.
-        listeners: returns further listeners of the rack, such as a recorder.
+        listeners: returns additional listeners of the rack, such as a recorder.
         watched: whether the rack's watchdog ends endless logic. Without it, a test can stay at a breakpoint
             for any length of time.
         load: reloads a Python program, so that `why` can name its lines.
@@ -167,7 +167,7 @@ class Bench:
             self.read.clear()
 
     def run_for(self, time: str) -> None:
-        """Run for a machine time with a unit, such as "2 s", rounded up to whole scans.
+        """Run for an amount of machine time, such as "2 s", rounded up to whole scans.
 
         Raises:
             ValueError: `time` is not a time.
@@ -235,8 +235,8 @@ class Bench:
         lists new, changed and dropped tags or fields.
 
         Args:
-            program: path of the rack file, whose program is loaded again; or a ladder program; or an instance
-                of a subclass of `Logic`.
+            program: path of the rack file, to reload its program; or a ladder program; or an instance of a
+                subclass of `Logic`.
             restart: names of the sequences to restart.
 
         Raises:
@@ -331,7 +331,7 @@ class Bench:
         return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot})
 
     def why(self, tag: str | None = None) -> str:
-        """Explain a value in at most six lines: when it began, how, and why, see `chain`.
+        """Explain a value in at most six lines: since when, how and why; see `chain`.
 
         A Python program is loaded again and runs on its recorded inputs, with the lines of the latest scan
         traced. The program on the bench is not affected.
@@ -351,7 +351,7 @@ class Bench:
         return self._why().explain(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
-        """Return the chain of causes of a value, back to an input, operator, incident or power-up.
+        """Return the chain of causes of a value, back to an input, operator, injected fault or power-up.
 
         Args:
             tag: see `why`.
@@ -363,7 +363,7 @@ class Bench:
         return self._why().chain(tag, deep=deep)
 
     def suggest_inputs(self, tag: str, requested: str | None = None, scans: int = 10) -> Remedies:
-        """Return the smallest sets of inputs that would give a ladder program's tag a certain value.
+        """Return the smallest sets of inputs that would set a ladder program's tag to a certain value.
 
         Each set is tested on a copy of the program, which runs from the latest scan.
 

@@ -1,4 +1,4 @@
-"""A question about a run, and the scan that it is about."""
+"""A question about a run, and the scan to which it refers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class NotReachedError(AssertionError):
 
 @dataclass(frozen=True, slots=True)
 class ScanChoice:
-    """The scan that a question is about, set by one of three fields; by default, the last scan.
+    """The scan to which a question refers, set by one of three fields; by default, the last scan.
 
     Raises:
         ValueError: more than one field is set, or `at` is neither a time nor a number.

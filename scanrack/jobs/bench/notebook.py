@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 EVENTS = 5
 RUNGS = 20
-"""Maximum numbers of shown events and rungs."""
+"""Maximum number of events, and of rungs, to show."""
 
 
 def as_html(

@@ -88,8 +88,8 @@ def lines_of_trace(
 
     Args:
         scans: first and last scan.
-        latest: actions of an operator that may not have been written yet, each as its text and the scan
-            before which it takes effect.
+        latest: operator actions that may not have been written yet, each with its text and the scan before
+            which it takes effect.
     """
     from ..why.program_rerun import executed_lines
 
@@ -155,7 +155,7 @@ def _answer_from_ladder(
 
 
 def _without_images(question: Question, images: Why, debugger: Debugger) -> ScanChoice:
-    """Return the choice of a scan; replace an image bit with the number of the scan in which it turns on.
+    """Return the choice of a scan; replace an image bit with the number of the scan where it turns on.
 
     Raises:
         ValueError: a tag is unknown; raised before the run.
@@ -179,7 +179,7 @@ def _row_of(bit: str, row: int | None) -> int:
 
 
 def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
-    """Return the answer after a row of a recording, with the inputs for a required value."""
+    """Return the answer for a row of a recording, with the inputs that would produce a requested value."""
     scans, row, tag, value = why.recording, why.row, question.what, question.want
     text, chain = (why.rack(), None) if tag is None else why.explain(tag, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))

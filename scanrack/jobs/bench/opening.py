@@ -24,14 +24,14 @@ from .bench import Bench
 
 
 class BenchObserver:
-    """Observes every bench that opens while it is set in `OBSERVER`; this base class does nothing."""
+    """Observes every bench opened while `OBSERVER` contains it; this base class does nothing."""
 
     def loading(self) -> AbstractContextManager[object]:
-        """Return a context in which programs are loaded."""
+        """Return the context for loading programs."""
         return nullcontext()
 
     def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
-        """Return further listeners of a bench."""
+        """Return additional listeners for a bench."""
         return ()
 
 

@@ -40,12 +40,12 @@ class SlotBench:
 
     @property
     def moving(self) -> bool:
-        """Whether the axis is moving in either direction, by the program's latest input image."""
+        """Whether the axis is moving in either direction, according to the program's latest input image."""
         return bool(self.status.moving)
 
     @property
     def shaft(self) -> int:
-        """True position of the shaft, steps from its position at power-up. The module may report another."""
+        """True position of the shaft, in steps from power-up. The module may report a different position."""
         shaft, *_ = self._device.figures()
         return int(shaft)
 
@@ -123,7 +123,7 @@ class SlotBench:
         self._announce(None if how is None else FaultKind(how), begins=how is not None)
 
     def _announce(self, fault: FaultKind | None, *, begins: bool) -> None:
-        """Record a test's action on the module with the next scan, like an incident in a rack file."""
+        """Record a test's action on the module with the next scan, like an injected fault in a rack file."""
         self._latest_fault = fault or self._latest_fault
         event = fault_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)

@@ -1,1 +1,1 @@
-"""Turns recordings of real controllers, network captures and frame logs, into traces."""
+"""Converts recordings of real controllers (network captures and frame logs) to traces."""

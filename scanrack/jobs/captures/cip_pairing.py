@@ -1,4 +1,4 @@
-"""EtherNet/IP: reads and writes of modules' images by clients of a CompactLogix, found in packets.
+"""Finds reads and writes of module images by EtherNet/IP clients of a CompactLogix in packets.
 
     frame, items -> message, also in Unconnected Send and batches -> read or write of Local:n:I or Local:n:O
 
@@ -44,7 +44,7 @@ DEEPEST = 2
 """Maximum nesting depth of batches and routed messages."""
 
 TAGS_MOST = 100_000
-"""Maximum number of tags that are kept from a list."""
+"""Maximum number of tags stored from a list."""
 
 _SOME_FAILED = 0x1E
 """Status of a batch in which some messages failed."""
@@ -86,7 +86,7 @@ class CipPairing(Pairing):
 
     Attributes:
         reads: number of reads of tags other than module images.
-        unnamed: number of these reads that use a tag number whose name is not in the capture.
+        unnamed: number of these reads whose tag number has no name in the capture.
     """
 
     def __init__(self) -> None:
@@ -122,7 +122,7 @@ class CipPairing(Pairing):
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
-        """Yield nothing: without a reply, a message has no words."""
+        """Yield nothing, because a message without a reply has no words."""
         self._open.clear()
         return iter(())
 
@@ -224,7 +224,7 @@ def _reply_parts(service: int, message: bytes) -> tuple[int, bytes]:
 
 
 def _batch_messages(batch: bytes) -> list[bytes]:
-    """Return the messages of a batch; none if offsets decrease, as bytes could then repeat 16,000 times."""
+    """Return the messages of a batch; none if offsets decrease, which could repeat bytes 16,000 times."""
     (count,) = struct.unpack_from("<H", batch)
     offsets: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
     if any(end < begin for begin, end in pairwise(offsets)):
@@ -272,7 +272,7 @@ def _elements(service: int, data: bytes, reply_data: bytes) -> tuple[int, bytes]
 
 
 def _clipped(offset: int, data: bytes, keep: bytes) -> _Change | None:
-    """Return the part of a change inside the eight words of a 3601; None if no byte is inside."""
+    """Return the part of a change within the eight words of a 3601; None if no byte is within them."""
     first, end = max(0, -offset), 2 * WORDS - offset
     data = data[first:end] if end > 0 else b""
     return (offset + first, data, keep[first:end]) if data else None

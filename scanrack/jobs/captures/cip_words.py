@@ -1,6 +1,6 @@
-"""Scans of a module's words, from the EtherNet/IP reads and writes of a CompactLogix's clients.
+"""Builds scans of a module's words from EtherNet/IP reads and writes by clients of a CompactLogix.
 
-Each packet that reads input words begins a scan. Output words belong to the latest scan.
+Each packet that reads input words starts a scan. Output words belong to the latest scan.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@
     early model     x acts, is read    x is read
     late model      x is read          x acts, is read
 
-The real controller acts at some instant between request and reply. There are therefore two models: one acts
-as early as possible, the other as late as possible. A real value is explained if it lies between the lowest
-and the highest value that the models show at both ends of the window. The model's value is then set to it.
-Otherwise the model's value is the nearest value that the models show.
+The real controller acts at some instant between request and reply. Two models therefore run: one acts as
+early as possible, the other as late as possible. A real value is explained if it lies within the range that
+the models show at both ends of the window. The simulated trace then contains the real value. Otherwise it
+contains the nearest value that the models show.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _is_read(controller: str, exchange: PairedExchange) -> bool:
 
 
 def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> Statement:
-    """Return a statement of the models: the late model's reply, and the values nearest to the real ones."""
+    """Return the models' statement: the late model's reply, and the values nearest to the real values."""
     exchange = real.exchange
     if exchange.reply is None:
         if not reads:

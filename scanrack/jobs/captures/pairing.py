@@ -109,7 +109,7 @@ class ModbusTcpPairing(Pairing):
         self._open.clear()
 
     def _note_request(self, transaction: int, request: _OpenRequest) -> Iterator[PairedExchange]:
-        """Store a request; yield the open request that it displaces, as one without a reply."""
+        """Store a request; yield the open request that it displaces, as a request without a reply."""
         if transaction in self._open:
             yield _unanswered(*self._open.pop(transaction))
         elif len(self._open) >= OPEN_MAX:
@@ -127,7 +127,7 @@ class RtuPairing(Pairing):
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
-        """See `Pairing`; missing bytes or a silence drop the unfinished frame of a request."""
+        """See `Pairing`; after missing bytes or a silence, drop the unfinished frame of a request."""
         if not to_device:
             yield from self._receive_reply(at_ns, data)
             return
@@ -171,7 +171,7 @@ def _reply_bytes(request: bytes, received: bytes) -> int | None:
 
 
 class PmcPairing(Pairing):
-    """PMC006 frames: a reply does not name its instruction, so frames are paired in order."""
+    """PMC006 frames, paired in order because a reply does not name its instruction."""
 
     def __init__(self) -> None:
         self._framers = {True: pmc.Framer(), False: pmc.Framer()}

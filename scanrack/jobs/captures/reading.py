@@ -27,7 +27,7 @@ class DeviceCapture:
     """The content of a file for one controller.
 
     Attributes:
-        exchanges: the exchanges, in the order in which they end.
+        exchanges: the exchanges, in order of completion.
         notes: sentences about missing or ignored content.
     """
 
@@ -186,7 +186,7 @@ def _read_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
 
 
 def _lines(file: BinaryIO) -> Iterator[str]:
-    """Yield the lines of a text. A line that is too long is split into parts that are not frames."""
+    """Yield the lines of a text. Overlong lines are split into parts that do not count as frames."""
     while line := file.readline(LINE_MAX + 1):
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 

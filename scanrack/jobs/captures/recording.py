@@ -16,7 +16,7 @@ from .device_values import ALWAYS, VALUES, Values
 from .pairing import PairedExchange
 
 SCAN_PERIOD_NS = 1_000_000
-"""Scan period in the facts of a trace whose scans have individual times, ns."""
+"""Nominal scan period for a trace whose scans have individual times, ns."""
 
 RUN_MODE = 1
 EXCEPTION = 0x80
@@ -56,7 +56,7 @@ def value_names(*traces: Sequence[Statement]) -> list[str]:
 
 
 def record(target: Path, controller: str, statements: Sequence[Statement], names: Sequence[str]) -> None:
-    """Write a trace of exchanges: scan 0 is the first exchange, and time begins at its request.
+    """Write a trace of exchanges. Scan 0 is the first exchange, and time begins at its request.
 
     Args:
         names: names of the values that become tags, see `value_names`.
@@ -80,7 +80,7 @@ def record(target: Path, controller: str, statements: Sequence[Statement], names
 
 
 def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:
-    """Return the tags that every exchange has; the exception code is 0 if the request was not refused."""
+    """Return the tags common to all exchanges; the exception code is 0 if the request was not refused."""
     reply = exchange.reply
     exception = 0
     if controller == "pcl601" and reply is not None and len(reply) > 1 and reply[0] & EXCEPTION:

@@ -1,4 +1,4 @@
-"""Traces of a 3601 as remote I/O, made from a PLC's reads and writes over Modbus TCP (`remote_words`).
+"""Converts a PLC's Modbus TCP reads and writes of a remote 3601 to traces (`remote_words`).
 
 A scan is a read of input words and the writes of output words that follow, up to the next read. A write
 before the first read belongs to the first scan.
@@ -98,10 +98,10 @@ def _copy_words(image: list[int], span: Span) -> bool:
 
 
 SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
-"""Values of the fact `words` in traces whose scans are a client's reads: in one packet, or in several."""
+"""Values of the fact `words` in traces of a client's reads, in one packet or in several."""
 
 CAPTURED_AT = "captured_at"
-"""Name of the fact that states when a trace begins, as date and time of the capture's clock."""
+"""Name of the fact with the start of a trace, as the date and time of the capture's clock."""
 
 _YEAR_2000_NS = 946_684_800 * 10**9
 
@@ -119,7 +119,7 @@ def record_words(
     Args:
         begin_ns: time 0 of the trace, in the time of the scans, ns.
         slot: slot number of the module.
-        sampled: whether the scans are a client's reads; words may change unseen between reads.
+        sampled: whether the scans are a client's reads, between which words can change unseen.
 
     Raises:
         OSError: the file can't be written.

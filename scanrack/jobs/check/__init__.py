@@ -5,8 +5,8 @@ rungs, python      the collectors
 logic.py           conditions, and whether one can be true
 ranges.py          ranges of numbers
 choices.py         the possible values of an expression, one by one
-groups.py          groups items by a key; finds what can be reached from a start
-subject.py         what rules read: facts, rack, places in the rack file
+groups.py          groups items by a key; finds states that can be reached from a start
+subject.py         the data for rules: facts, rack, places in the rack file
 rules              the rules, one row each
 suppressions.py    comments that suppress findings
 alone.py           a ladder program without a rack

@@ -60,12 +60,12 @@ class CheckReport:
 
 @dataclass(frozen=True, slots=True)
 class ProofFinding:
-    """A proof's verdict, which confirms or refutes a finding of a rule.
+    """A proof's verdict that confirms or refutes a finding of a rule.
 
     Attributes:
         rule: name of the rule, such as "unreachable".
         holds: whether the proof confirms the finding; otherwise it refutes the finding.
-        text: the finding's text, used if the rule itself reports nothing at this place.
+        text: the finding's text, used if the rule reports nothing at this place.
     """
 
     rule: str
@@ -79,7 +79,7 @@ Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 
 
 def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
-    """List what a 3601 program must change to run on a networked drive; LadderError as in `check_rack`."""
+    """List the changes a 3601 program needs for a networked drive; raise LadderError as in `check_rack`."""
     facts = facts_of(job)
     violations = (
         Finding(RULE, place, text, _site(facts, place))

@@ -11,7 +11,7 @@ class Choices(NamedTuple):
 
     Attributes:
         options: the values; empty if they are unknown.
-        source: the table or expression they come from. Options of one source vary together.
+        source: the table or expression of the options. Options from one source vary together.
         names: a name for each option, for messages.
     """
 

@@ -9,7 +9,8 @@
 | `SentCommand` | eight constant words | the same | `Configuration(...)` |
 | `WordWrite` | `MOV(4,axis.O.Data[2])` | the same | `outputs[2] = 4` |
 
-A collector notes a mistake that a single line shows at once: `facts.remark("recursion", place, text)`.
+A collector immediately notes a mistake that is visible in a single line: `facts.remark("recursion", place,
+text)`.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Variable:
         place: the line of its declaration.
         type: such as "BOOL", "DINT", "TIMER".
         set: whether its declaration sets an initial value.
-        shown: whether people read or write it: it is recorded, or its name says so.
+        shown: whether people read or write it, because it is recorded or according to its name.
     """
 
     name: str
@@ -99,10 +100,10 @@ class Access:
         needs: bits that must be on, or off, for the access to happen.
         owner: the task of the program, or the sequence; "" if there is a single task, or for `every_scan`.
         once: whether it happens only at start-up.
-        default: whether every scan executes the statement, and a later statement may override it.
+        default: whether every scan executes the statement and a later statement can override it.
         steady: whether its condition and the bit value it writes stay true from the second scan on.
-        parameter: whether it receives an argument of a routine.
-        zero: whether it writes 0, such as CLR, RES, MOV(0,...), or an assignment of 0.
+        parameter: whether the access passes an argument to a routine.
+        zero: whether it writes 0, as CLR, RES, MOV(0,...) and assignments of 0 do.
         text: the variable as written in the code; "" if that is its name.
     """
 
@@ -145,7 +146,7 @@ class Command:
         axis: the axis, by the user's name.
         slot: slot of the axis; None if it is unknown.
         values: ranges of its arguments, by their names in `Axis3601`.
-        choices: for each argument, the range of each value that it can have.
+        choices: for each argument, the range of each of its possible values.
         text: the call in words, such as "MC_Home(Home)" or "home".
         order: position in the scan or in its sequence.
         unit: the routine or function.
@@ -154,11 +155,10 @@ class Command:
         locks: the locks that are held at the command.
         words: whether the program sends it as output words.
         execute: the bit that starts it, in capitals; "1" if it is always on, "" if no bit starts it.
-        starts: the condition of that bit, as text; "" if it contains anything but bits and steps.
+        starts: the condition of that bit, as text; "" if it contains more than bits and steps.
         on: the condition of the block's Execute; UNKNOWN if it is unknown.
         implies: what is true whenever Execute is on, including the conditions of coils.
-        segments: length, speed and rate of each blend segment, as far as they are known; None for other
-            commands.
+        segments: length, speed and rate of each blend segment, if known; None for other commands.
     """
 
     kind: str
@@ -190,7 +190,7 @@ class StepAction:
     """An action of a program that has steps.
 
     Attributes:
-        machine: the variable that holds the step.
+        machine: the variable that contains the step.
         steps: steps in which it may happen; None for all.
         goes: the next step; None if the action does not change the step.
         ends: whether its condition shows that a motion has ended or that time has passed.
@@ -226,7 +226,7 @@ class StepUse(NamedTuple):
 
     Attributes:
         tested: whether anything tests for this step.
-        works: whether anything in the step depends on conditions other than the step.
+        works: whether anything in the step depends on conditions in addition to the step.
         chosen: whether a CASE or a Python statement, rather than a comparison in a rung, tests for the step.
     """
 
@@ -261,10 +261,10 @@ class Facts:
     """The facts of a program.
 
     Attributes:
-        remarks: mistakes that a single line shows, by rule.
+        remarks: mistakes that are visible in a single line, by rule.
         variables: the variables, by key.
-        computed: slots whose output words the program computes.
-        escaped: axes that are passed to code that the reader does not follow.
+        computed: slots with output words that the program computes.
+        escaped: axes passed to code that the reader does not follow.
         actions: actions of the program in its steps.
         first_steps: returns the steps in which a machine may start.
         step_use: returns how the program uses a step of a machine; None if that is unknown.
@@ -272,7 +272,7 @@ class Facts:
         outputs: conditions that switch outputs on.
         at_once: commands that are sent in the same scan as their parameters.
         uses_bit: returns whether the program uses a bit of a card; None if that is unknown.
-        reads_all: whether code that is not analyzed may use any variable.
+        reads_all: whether unanalyzed code may use any variable.
         not_seen: facts that the reader can't determine, one text each.
         sites: routines and rungs, by their line in the file.
     """
@@ -297,7 +297,7 @@ class Facts:
     sites: dict[FileLine, Site] = field(default_factory=dict)
 
     def remark(self, rule: str, place: FileLine, text: str) -> None:
-        """Add a mistake that a single line shows."""
+        """Add a mistake that is visible in a single line."""
         self.remarks[rule].append(Violation(place, text))
 
     def by_key(self) -> dict[str, list[Access]]:

@@ -1,4 +1,4 @@
-"""Groups items by a key, and finds what can be reached from a start."""
+"""Groups items by a key, and finds the states that can be reached from a start."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list
 
 
 def reached(starts: Iterable[Key], onward: Callable[[Key], Iterable[Key]]) -> Iterator[Key]:
-    """Yield each state that can be reached, once, nearest first; a start only if a path leads back to it.
+    """Yield each reachable state once, nearest first; yield a start only if a path leads back to it.
 
     >>> list(reached([1], lambda number: [2 * number % 7]))
     [2, 4, 1]

@@ -1,4 +1,4 @@
-"""Conditions of a program in any language: whether a condition is never or always true.
+"""Conditions of a program in any language, and whether they are never or always true.
 
     XIC(A)XIO(A)                  never: A is on and off
     GRT(Level,10)LES(Level,5)     never: Level is above 10 and below 5
@@ -7,7 +7,7 @@
 
 A condition is split into alternatives. All parts of an alternative are true together. A condition with more
 than `MOST` alternatives counts as neither never nor always true.
-A bit has one value within a condition: readers rename a bit once the program has written it.
+A bit has one value within a condition, because readers rename a bit after the program writes it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ MOST = 128
 """Maximum number of alternatives of a condition."""
 
 MOST_PARTS = 128
-"""Maximum number of parts of a condition; further parts are unknown. The time grows with their square."""
+"""Maximum number of parts of a condition; additional parts are unknown. Time grows with their square."""
 
 ON_DELAY = "t"
-"""Suffix in the names of on-delay timer bits: DN and TT exclude each other [1756-RM003, TON]."""
+"""Suffix in the names of on-delay timer bits; DN and TT exclude each other [1756-RM003, TON]."""
 
 INPUT = "in "
-"""Prefix in the names of card inputs, which people and sensors set. Any inputs may be on together."""
+"""Prefix in the names of card inputs, which people and sensors set. Any inputs can be on together."""
 
 OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 """The opposite of each relation."""
@@ -88,7 +88,7 @@ Term = tuple[Condition, ...]
 
 
 def all_of(*parts: Condition) -> Condition:
-    """Return the condition that all parts are true, without parts that always are, and without nesting.
+    """Return the condition that all parts are true, without always-true parts and without nesting.
 
     Parts beyond `MOST_PARTS` become unknown.
     """
@@ -124,7 +124,7 @@ def negated(condition: Condition) -> Condition:
 
 
 def of_any_number(condition: Condition) -> Condition:
-    """Return a condition whose numbers may have any value, not only those that the program gives them."""
+    """Return a condition in which numbers can have any value, not only values from the program."""
 
     def without_limits(leaf: Condition) -> Condition:
         return replace(leaf, least=-math.inf, most=math.inf) if isinstance(leaf, Compare) else leaf
@@ -162,7 +162,7 @@ def constant_condition(condition: Condition) -> tuple[str, str] | None:
 
 
 def leaves(condition: Condition) -> Iterator[Condition]:
-    """Yield the parts of a condition that have no parts themselves."""
+    """Yield the parts of a condition that have no parts of their own."""
     if isinstance(condition, AllOf | AnyOf):
         for part in condition.parts:
             yield from leaves(part)
@@ -171,7 +171,7 @@ def leaves(condition: Condition) -> Iterator[Condition]:
 
 
 def needed(condition: Condition) -> frozenset[Bit]:
-    """Return the bits that must be on, or off, for a condition to be true."""
+    """Return the bits, each with the state that the condition needs to be true."""
     if isinstance(condition, Bit):
         return frozenset({condition})
     if isinstance(condition, AllOf):
@@ -192,7 +192,7 @@ def base_of(name: str) -> str:
 
 
 def plain(condition: Condition) -> Condition:
-    """Return a condition in which a value keeps one name, even if the program writes it in between."""
+    """Return a condition in which each value has one name, even if the program writes it in between."""
 
     def with_base_name(leaf: Condition) -> Condition:
         return replace(leaf, name=base_of(leaf.name)) if isinstance(leaf, Bit | Compare) else leaf
@@ -214,7 +214,7 @@ def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> froz
     """Return the steps in which a condition can be true, or None if it can be true in all of them.
 
     Args:
-        number: name of the number that holds the step.
+        number: name of the number that contains the step.
     """
     compared = (leaf for leaf in leaves(condition) if isinstance(leaf, Compare))
     names = sorted({comparison.name for comparison in compared if base_of(comparison.name) == number})
@@ -242,7 +242,7 @@ def alternatives(condition: Condition) -> list[Term] | None:
 
 
 def _alternatives_of_all(parts: Iterable[Condition]) -> list[Term] | None:
-    """Return the possible alternatives of parts that are all true; None if there are too many."""
+    """Return the alternatives in which all parts are true; None if there are too many."""
     flat_parts = list(_flattened(parts))
     fixed_parts = tuple(dict.fromkeys(part for part in flat_parts if not isinstance(part, AnyOf)))
     terms: list[Term] | None = [] if is_impossible(fixed_parts) else [fixed_parts]
@@ -316,7 +316,7 @@ BOUNDS: Mapping[str, Callable[[float, bool], tuple[float, float]]] = {
     ">": lambda number, whole: (_next(number, whole=whole), math.inf),
     "<": lambda number, whole: (-math.inf, -_next(-number, whole=whole)),
 }
-"""By relation: the lowest and highest number that satisfies it; `whole` tells whether it is an integer."""
+"""By relation, the lowest and highest number that satisfies it; `whole` says whether it is an integer."""
 
 
 def _next(number: float, *, whole: bool) -> float:

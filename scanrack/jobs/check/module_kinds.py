@@ -32,11 +32,11 @@ KINDS = {
 
 MOVING = frozenset(str(bit.name) for bit in (StatusMsw.MOVING_CW, StatusMsw.MOVING_CCW))
 OFF_AT_END = MOVING | {str(StatusMsw.POSITION_INVALID.name)}
-"""Status bits that are off when a motion has ended. No other status bit shows the end by being off."""
+"""Status bits that are off when a motion has ended. No other status bit shows an end when it is off."""
 
 
 def shows_end(status: str, *, on: bool) -> bool:
-    """Whether a status bit may show that a motion has ended, by being on or off."""
+    """Whether a status bit that is on (or off) may show that a motion has ended."""
     return status not in MOVING if on else status in OFF_AT_END
 
 
@@ -44,7 +44,7 @@ FROM_STARTING_SPEED = ("home", "move_to", "move_by")
 """Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
 
 RUNNING = ("run", "register", "gear")
-"""Commands whose direction is the sign of the speed: manual moves, registration moves, and the follower."""
+"""Commands with the sign of the speed as direction: manual moves, registration moves, and the follower."""
 
 
 def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:

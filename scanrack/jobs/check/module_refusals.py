@@ -1,4 +1,4 @@
-"""Finds output words that a 3601 refuses in any state, using the module's own table of refusals.
+"""Finds output words that a 3601 refuses in any state, by the module's own table of refusals.
 
 Each word that the program text does not determine is tried with several values. A rule counts as broken only
 if every value breaks it.
@@ -45,7 +45,7 @@ LAST_WORD: dict[str, Sequence[int]] = {
     "REG-10": (0, 4, 5, 6, 7),
     "RST-02": (1,),
 }
-"""Rules that can be broken at rest, each with the words that may break it.
+"""Rules that a module at rest can refuse, each with the words that can break it.
 
 The other rules depend on the module's state.
 """
@@ -63,7 +63,7 @@ REMEDIES = {
     "CMD-29": "configure the encoder",
     "ENC-05": "configure the encoder",
 }
-"""Remedies for rules whose own text does not name one."""
+"""Remedies for rules without a remedy in their own text."""
 
 _TRIALS = ((0, 0, 0, 0, 0, 0, 0, 0), (0, 0, 0, 1, 100, 0, 1, 1), (0, 0, 8000, 999, 999, 999, 2000, 2000))
 """Values that are tried for unknown words."""
@@ -113,7 +113,7 @@ def _in_all(rules_by_trial: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _filled(words: Sequence[int | None], trial: Sequence[int]) -> tuple[int, ...]:
-    """Return words with trial values for unknown words; both words of a number get the same sign."""
+    """Fill in unknown words with trial values; both words of a number get the same sign."""
     filled = [value if word is None else word for word, value in zip(words, trial, strict=True)]
     for high, low in ((2, 3), (4, 5)):
         high_word, low_word = words[high], words[low]

@@ -40,7 +40,7 @@ class Range(NamedTuple):
 
 
 ANY = Range(-math.inf, math.inf, False)
-"""A number about which nothing is known."""
+"""The range of an unknown number."""
 
 
 def exactly(number: float) -> Range:
@@ -60,7 +60,7 @@ def joined(*ranges: Range) -> Range:
 
 
 def _between_corners(a: Range, b: Range, calculate: Callable[[float, float], float]) -> Range:
-    """Return the range of a calculation whose extremes lie at the bounds of its operands."""
+    """Return the range of a calculation that has its extremes at the bounds of its operands."""
     if not (a.is_known and b.is_known):
         return ANY
     corners = [calculate(left, right) for left in (a.least, a.most) for right in (b.least, b.most)]

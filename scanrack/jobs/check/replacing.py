@@ -1,6 +1,7 @@
-"""Finds what to change in a 3601 program for a networked drive: words that have a different meaning there.
+"""Finds the words of a 3601 program that have a different meaning on a networked drive.
 
-Motion blocks and axis methods are not reported: they write the right words for the module in their slot.
+Motion blocks and axis methods are not reported, because they write the right words for the module in their
+slot.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Use(NamedTuple):
 
 
 def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
-    """Yield the uses of a 3601's words that mean something else on a drive, in line order."""
+    """Yield the uses of 3601 words that have a different meaning on a drive, in line order."""
     rows = list(differences(model))
     texts: dict[tuple[FileLine, str], str] = {}  # by line and row of differences: one finding each
     for use in sorted(_uses(subject), key=lambda use: use[:-1]):

@@ -19,7 +19,7 @@ from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, action_fiel
 from .written import WordWrite
 
 MACHINE = "step"
-"""The number that holds the step."""
+"""Name of the number that contains the step."""
 
 BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value
 

@@ -1,4 +1,4 @@
-"""What the rules read: a rack, the facts of its program, and line numbers in the rack file."""
+"""The input to the rules: a rack, the facts of its program, and line numbers in the rack file."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Subject:
 
 
 def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:
-    """Return the configuration in sent words; None if words are missing or out of the limits."""
+    """Return the configuration in sent words; None if words are missing or out of range."""
     if len(sent.words) < 8:
         return None
     signed = [word - 0x10000 if word > 0x7FFF else word for word in sent.words]

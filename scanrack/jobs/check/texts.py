@@ -7,7 +7,7 @@
     line.py               compiled; checked with its rack if it may be run
 
 A check of a Python program imports its module, which runs code. Without permission, no Python runs at all:
-neither the file, nor the program of a rack file, nor a stub, nor anything that a neighboring rack names.
+not the file, the program of a rack file, a stub, or anything that a neighboring rack names.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def _findings(file: Path) -> Iterator[LineRemark]:
 
 
 def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
-    """Yield the mistakes of an error's innermost cause that names a place."""
+    """Yield the mistakes from an error's innermost cause with a place."""
     causes = [error]
     while causes[-1].__cause__ is not None:
         causes.append(causes[-1].__cause__)
@@ -161,7 +161,7 @@ def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
 
 
 def _mistakes_of_cause(error: BaseException, file: Path) -> Iterator[LineRemark]:
-    """Yield the mistakes that an error names with a line; its own causes are ignored."""
+    """Yield the mistakes that an error reports with a line; ignore its causes."""
     if isinstance(error, SyntaxError):
         yield _mistake(Site(line=error.lineno or 1, column=error.offset), error.msg, file)
     elif isinstance(error, BuildError):

@@ -1,7 +1,7 @@
 """The values of a 3601's eight output words when a program in any language sends a command.
 
 A collector notes each write of a word with its condition. This module combines the writes into the images
-that send commands, with the value of each word as far as the text determines it.
+that send commands, with the value of each word if the text determines it.
 
     EQU(Step,10)MOV(4,O.Data[2])MOV(500,O.Data[3])    step 10: word 2 is 4, word 3 is 500
     EQU(Step,20)OTL(O.Data[0].0)                      step 20: the words of step 10, and ABSOLUTE_MOVE
@@ -71,7 +71,7 @@ class SentImage:
 
 
 def _option(value: Choices, source: str, row: int) -> int | None:
-    """Return the value of a word for a row of a source; None if it is unknown or has a different source."""
+    """Return a word's value for a row of a source; None if it is unknown or from a different source."""
     options: tuple[int, ...] = value.options
     if len(options) == 1:
         return options[0]
@@ -99,22 +99,26 @@ class _Flow:
     """The words of a slot, followed through the steps of a machine.
 
     Args:
-        machine: the variable that holds the step; "" for a program without steps.
+        machine: the variable that contains the step; "" for a program without steps.
     """
 
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
         changes = [action for action in actions if action.goes is not None]
-        self._changes = [action for action in changes if action.steps is not None]
+        self._changes = [change for change in changes if change.steps is not None]  # from known steps
         self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
-        entered_by_others = {
+        # the words on entry to each step that a path reaches
+        self._on_entry: dict[Step, _Words] = {step: _Words() for step in self._first_steps(changes)}
+
+    def _first_steps(self, changes: Iterable[StepAction]) -> list[Step]:
+        """Return the steps whose words on entry are unknown: entered from any step, or from no other step."""
+        entered_from_others = {
             change.goes for change in self._changes if change.steps != frozenset((change.goes,))
         }
-        # no word is known in a step that can be entered from anywhere, such as in the first scan
         entered_from_anywhere = {change.goes for change in changes if change.steps is None}
-        firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
-        # the words on entry to each step that a path reaches
-        self._on_entry: dict[Step, _Words] = {step: _Words() for step in self._steps if step in firsts}
+        return [
+            step for step in self._steps if step in entered_from_anywhere or step not in entered_from_others
+        ]
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
         """Return all steps that actions and writes name."""
@@ -140,7 +144,7 @@ class _Flow:
             yield from self._images_in(step)
 
     def _next_steps(self, step: Step) -> Iterator[tuple[Step, _Words]]:
-        """Yield the next steps, each with the words after the scan that goes to it."""
+        """Yield the next steps, each with the words after the scan that enters it."""
         for change in self._changes:
             if change.goes is not None and change.happens_in(step) and change.goes != step:
                 words, writes = self._words_on_entry(step), self._writes_in(step)
@@ -154,7 +158,7 @@ class _Flow:
         return [write for write in self._writes if write.acts_in(self._machine, step)[0]]
 
     def _words_after(self, words: _Words, step: Step, when: Condition, writes: Sequence[WordWrite]) -> _Words:
-        """Return the words after writes in a scan of a step in which the condition `when` is true."""
+        """Return the words after writes in a scan of a step while the condition `when` is true."""
         bits_on, cells = words.bits_on, list(words.cells)
         for write in writes:
             _, is_sure = write.acts_in(self._machine, step)
@@ -192,7 +196,7 @@ class _Flow:
 
 
 def _is_of_another_scan(write: WordWrite, command: WordWrite, image_lines: Collection[FileLine]) -> bool:
-    """Whether a write does not happen in a command's scan, or belongs to an image with further conditions.
+    """Whether a write is not in a command's scan, or belongs to an image with additional conditions.
 
     Args:
         image_lines: lines that write word 0.
@@ -223,6 +227,6 @@ def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
 
 
 def _joined(first: _Words, second: _Words) -> _Words:
-    """Return the words on entry to a step that two paths lead to; a cell that differs becomes unknown."""
+    """Return the words on entry to a step that two paths reach; a cell that differs becomes unknown."""
     cells = (a if a == b else Cell() for a, b in zip(first.cells, second.cells, strict=True))
     return _Words(first.bits_on & second.bits_on, tuple(cells))

@@ -34,12 +34,12 @@ class _Site(Protocol):
 
 
 def place_at(site: _Site, file: str | Path) -> FileLine:
-    """Return the file and line of a site; `file` and line 1 replace what the site lacks."""
+    """Return the file and line of a site; use `file` and line 1 for a missing file or line."""
     return FileLine(site.file or str(file), site.line or 1)
 
 
 def declaration_lines(path: Path) -> Callable[[str], int]:
-    """Return a function that returns the line that declares a tag, or 1 if no line does."""
+    """Return a function that finds the line that declares a tag; the line is 1 if there is no declaration."""
     lines: dict[str, int] = {}
     text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
     for number, line in enumerate(text.splitlines(), 1):
@@ -75,7 +75,7 @@ class WordWrite:
 
     @property
     def options(self) -> tuple[int, ...]:
-        """The values that the word may receive; for bits, the bits that are set."""
+        """The possible values of the word; for bits, the bits that are set."""
         return (self.sets,) if self.value is None else self.value.options
 
     def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:

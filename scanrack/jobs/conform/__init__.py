@@ -1,1 +1,1 @@
-"""Compares a real 3601, operated by its controller, with the manual: scenes, unknown instants, verdicts."""
+"""Compares a real 3601, operated by its controller, with the manual."""

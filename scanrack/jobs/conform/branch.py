@@ -15,20 +15,20 @@ from scanrack.runtime.modules.amci3601.operation import Operation
 from .moments import ImageWords, KnownState, SeenImage, Timing, Transmission
 
 GRID_NS = 500_000
-"""Time from one tried instant to the next, ns."""
+"""Time between tried instants, ns."""
 
 SAMPLE_NS = 250_000
-"""Time from one kept image of the model to the next, ns: the module's own scan."""
+"""Time between stored images of the model, ns; equal to the module's own scan."""
 
 CALM_SAMPLE_NS = 1_000_000
-"""Time from one kept image to the next while only the position changes, ns."""
+"""Time between stored images while only the position changes, ns."""
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 KEPT = (COMPLETION_BITS | ERROR_BITS).value & 0x1FFF
 """Status bits that may remain set after a configuration, according to reading A-102."""
 
 FINER = 1_000_000
-"""Travels count as equal if they differ by less than 1/FINER of a step. Plans round far more finely."""
+"""Travels count as equal if they differ by less than 1/FINER of a step. Plans are rounded far more finely."""
 
 _OWNERS = ("host", "axis", "state", "started_ns")
 """Attributes of an operation that do not count as its state: its owners, and when it began."""
@@ -40,7 +40,7 @@ class Branch:
     """One run of the model with one choice of instants.
 
     Attributes:
-        instants: the instants at which the sent moments act, in order, ns.
+        instants: the instants when the transmissions act, in order, ns.
         fired: rules that have fired.
         play: position uncertainty in steps that arises when words act between two tried instants.
     """
@@ -48,7 +48,7 @@ class Branch:
     __slots__ = ("_model", "_outputs", "_samples", "fired", "instants", "now_ns", "play")
 
     def __init__(self, model: Amci3601, start_ns: int) -> None:
-        """Start a run of a model that was just powered up, at an instant."""
+        """Start a run of a freshly powered-up model at an instant."""
         self._model = model
         self._outputs = Image()
         self._samples: list[tuple[int, ImageWords]] = []
@@ -71,7 +71,7 @@ class Branch:
         return self
 
     def child(self, keep_from_ns: int) -> Branch:
-        """Return a copy that keeps the images from an instant on."""
+        """Return a copy with the images from an instant on."""
         twin = Branch.__new__(Branch)
         model = self._model
         # nothing changes these objects, so both branches can share them
@@ -101,7 +101,7 @@ class Branch:
         return self
 
     def advance(self, to_ns: int) -> None:
-        """Run the model up to an instant, and keep its images."""
+        """Run the model up to an instant, and store its images."""
         model = self._model
         while self.now_ns < to_ns:
             calm_ns = model.calm_until_ns(self._outputs) - self.now_ns
@@ -112,7 +112,7 @@ class Branch:
             self._sample(min(self.now_ns + step_ns, to_ns))
 
     def _sample(self, at_ns: int) -> None:
-        """Update the model at an instant; keep its image and the rules that fired."""
+        """Update the model at an instant; store its image and the rules that fired."""
         self.now_ns = at_ns
         self._samples.append((at_ns, tuple(self._model.update(at_ns, self._outputs))))
         events = self._model.events
@@ -121,7 +121,7 @@ class Branch:
             events.clear()
 
     def shown(self, low_ns: int, high_ns: int) -> list[ImageWords]:
-        """Return the images in a window, the last one before it, and the first one after it."""
+        """Return the images in a window, the last image before it, and the first image after it."""
         samples = self._samples
         end = len(samples)
         while end and samples[end - 1][0] > high_ns:
@@ -132,7 +132,7 @@ class Branch:
         return [words for _, words in samples[max(0, first - 1) : end + 1]]
 
     def forget(self, before_ns: int) -> None:
-        """Drop the images before an instant except the last one. Fewer than 65 such images are kept."""
+        """Drop the images before an instant except the last one; do nothing if there are fewer than 65."""
         samples, first = self._samples, 0
         while first + 1 < len(samples) and samples[first + 1][0] < before_ns:
             first += 1
@@ -182,7 +182,7 @@ class Branch:
         self._sample(self.now_ns + 1)
 
     def state(self, since_ns: int) -> Any:
-        """Return a value that is equal for branches with the same future.
+        """Return a state value; branches with the same future have equal values.
 
         Args:
             since_ns: status words from this instant on must also be equal.
@@ -203,7 +203,7 @@ class Branch:
 
 
 def _course(motion: Motion, now_ns: int) -> Any:
-    """Return a value that is equal for motions with the same future; past ramps may differ."""
+    """Return a value that is equal for motions with the same future, whatever their past ramps."""
     segment = motion.segment_at(max(now_ns, motion.start_ns))
     if motion.end_ns is not None or segment is not motion.segments[-1]:
         return id(motion)  # children share a motion
@@ -212,7 +212,7 @@ def _course(motion: Motion, now_ns: int) -> Any:
 
 
 def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
-    """Return whether an operation begins now, followed by its own state; None without an operation."""
+    """Return whether an operation begins now, and its own state; None without an operation."""
     if operation is None:
         return None
     state = (
@@ -230,7 +230,7 @@ def _steps_between(model: Amci3601, now_ns: int) -> int:
 
 
 def explained(shown: Sequence[ImageWords], read: ImageWords, play: int = 0) -> bool:
-    """Whether images explain a read: one has its status words, and their range contains all its values.
+    """Whether images explain a read: one has the same status words, and their range contains all its values.
 
     Args:
         play: position uncertainty in steps, which extends the range.

@@ -49,7 +49,7 @@ class SceneVerdict:
         why: the reason if the verdict is open.
         readings: readings for which a rival explains the scene.
         rules: rules for which a module without the rule explains the scene.
-        scales: factors with which a module explains the scene.
+        scales: factors that let a module explain the scene.
     """
 
     name: str

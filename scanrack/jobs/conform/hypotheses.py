@@ -1,4 +1,4 @@
-"""Finds the instants that explain a scene's reads. A hypothesis is a run of the model with chosen instants.
+"""Finds instants that explain a scene's reads. A hypothesis is a run of the model with chosen instants.
 
     write   acts at an instant in its window, or within the lag after it: one hypothesis per `GRID_NS`
     read    shows the model's words at an instant in its window, or within the lag before it. Each pair of
@@ -7,7 +7,7 @@
 Words that act while the axis moves make its position uncertain by the steps between two tried instants,
 until it is read at rest.
 
-A hypothesis that does not explain a read is dropped. Hypotheses in the same state are merged. A read that no
+A hypothesis that fails to explain a read is dropped. Hypotheses in the same state are merged. A read that no
 hypothesis explains is a difference. The search gives up if there are more than `most` hypotheses at a time.
 """
 
@@ -24,7 +24,7 @@ from .branch import GRID_NS, MODE_CONFIG, SAMPLE_NS, Branch
 from .moments import ImageWords, KnownState, Moment, SeenImage, Timing, Transmission, Window
 
 MOST = 4000
-"""Number of simultaneous hypotheses above which the search gives up on a scene."""
+"""Maximum number of simultaneous hypotheses; beyond it, the search gives up on a scene."""
 
 MERGE_READS = 10
 """Number of reads after which branches are compared."""
@@ -50,10 +50,9 @@ class Search:
         shown: images around the unexplained read, from a hypothesis that explains all earlier reads.
         last_sent: the last transmission before the search ended.
         many: number of hypotheses at which the search gave up; 0 if it did not.
-        overlapping: whether no choice of instants keeps the order in which the words were sent.
+        overlapping: whether no choice of instants preserves the order of the sent words.
         moving: number of transmissions since the axis was last at rest.
-        instants: the instants of the hypothesis that `shown` comes from, or of a hypothesis that explains all
-        reads.
+        instants: the instants of the hypothesis in `shown`, or of a hypothesis that explains all reads.
         fired_anywhere: rules that fired in any hypothesis that explains all reads, or all reads before the
             unexplained read.
     """
@@ -98,8 +97,8 @@ def search(
 
     Args:
         model: returns a model that was just powered up.
-        most: number of simultaneous hypotheses above which the search gives up.
-        fixed_instants: instants at which the transmissions act; None to search for them.
+        most: maximum number of simultaneous hypotheses; beyond it, the search gives up.
+        fixed_instants: instants when the transmissions act; None to search for them.
     """
     result = Search()
     turns = _turns(moments)
@@ -187,7 +186,7 @@ def _configured_at(turns: Sequence[_Turn]) -> int:
 
 
 def _turns(moments: Sequence[Moment]) -> list[_Turn]:
-    """Return each transmission with the reads before the next one; omit the last ones without reads."""
+    """Return each transmission with the reads before the next one; omit final transmissions without reads."""
     turns: list[_Turn] = []
     for moment in moments:
         if isinstance(moment, KnownState):
@@ -216,13 +215,13 @@ def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
 
 
 def _instants(sent: Transmission, timing: Timing, *, single: bool) -> Sequence[int]:
-    """Return the instants at which a transmission may act, ns; with `single`, only the last one."""
+    """Return the instants at which a transmission may act, ns; with `single`, only the last instant."""
     last_ns = sent.window.high_ns + timing.lag_ns
     return (last_ns,) if single else range(sent.window.low_ns, last_ns + 1, GRID_NS)
 
 
 def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) -> int:
-    """Return the instant from which images may still be needed, ns."""
+    """Return the earliest instant of images that may still be needed, ns."""
     first_ns = min([sent.window.low_ns, *(read.window.low_ns for read in waiting)])
     return first_ns - timing.lag_ns - 4 * GRID_NS
 
@@ -284,7 +283,7 @@ def _sift(
 
 
 def _judged_at_ns(read: SeenImage, sent: Transmission, timing: Timing) -> int:
-    """Return the instant up to which the model has to run to judge a read, ns."""
+    """Return the instant that the model must reach to judge a read, ns."""
     drift_ns = (read.window.high_ns - sent.window.low_ns) * timing.drift_ppm // 1_000_000
     return read.window.high_ns + drift_ns + 2 * (GRID_NS + SAMPLE_NS)
 

@@ -53,7 +53,7 @@ class SeenImage(NamedTuple):
 
 
 class KnownState(NamedTuple):
-    """An image at rest in command mode, which shows the module's state. A scene may begin with such an image.
+    """An image at rest in command mode, which shows the module's state. A scene can begin with one.
 
     Attributes:
         words: the input words.
@@ -143,7 +143,7 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
 
 
 def _moment(number: int, row: Any) -> Moment:
-    """Return the moment in a row; ValueError for an invalid row, with the number of the moment."""
+    """Return the moment in a row; raise ValueError with the moment's number for an invalid row."""
     count, make = _KINDS.get(str(row[0]) if isinstance(row, list) and row else "", (0, None))
     if make is None or len(row) != 3 + count or not all(type(cell) is int for cell in row[1:]):
         rule = "must be a read or write with two times and 8 words"
@@ -167,4 +167,4 @@ _KINDS: Mapping[str, tuple[int, Callable[[Window, tuple[int, ...]], Moment] | No
     "inputs": (1, lambda window, numbers: Transmission(window, None, numbers[0] & ALL_INPUTS)),
     "state": (3 * WORDS + 1, _known_state),
 }
-"""By kind of moment: the count of numbers after its two times, and a function that returns the moment."""
+"""By kind of moment, the count of numbers after its two times, and a function that makes the moment."""

@@ -93,7 +93,7 @@ def _scenes_with(verdict: ConformVerdict, result: ConformResult) -> list[SceneVe
 
 
 def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: str) -> Iterator[str]:
-    """Yield the first scenes that differ, and the number of the others."""
+    """Yield the first scenes that differ, and the number of remaining scenes."""
     shown = (_difference(scene, result) for scene in differing[:MOST_DIFFERENCES])
     yield _section("What differs", "".join(shown))
     if len(differing) > MOST_DIFFERENCES:
@@ -109,7 +109,7 @@ def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
 
 
 def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
-    """Return the rows of the table about the module and its path, each as escaped name and text."""
+    """Return the rows of the table about the module and its path, each as an escaped name and text."""
     timing = recorded.timing
     scans = f"scans of up to {timing.scan_ns / 1e6:g} ms" if timing.scan_ns else "with a counter of scans"
     facts = {

@@ -76,7 +76,7 @@ class _PlanTable(_Table):
 
 @dataclass(frozen=True, slots=True)
 class SceneStep:
-    """Words or inputs, and the time for which they stay in effect.
+    """Words or inputs, and the time that they stay in effect.
 
     Attributes:
         step: the step with the words; None for inputs.
@@ -175,7 +175,7 @@ def parse_plan(text: str, name: str) -> ScenePlan:
 
 
 def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
-    """Return the scene in a table; ValueError for an unknown need, a wrong step, or no configuration."""
+    """Return a table's scene; raise ValueError for an unknown need, wrong step, or no configuration."""
     place = f"{file}: scene {table.name!r}"
     for need in table.needs:
         if need not in NEEDS:
@@ -187,7 +187,7 @@ def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
 
 
 def _steps(text: str, place: str) -> list[SceneStep]:
-    """Parse the steps in a text; ValueErrors begin with `place`."""
+    """Parse the steps in a text; the message of a ValueError begins with `place`."""
     steps = []
     for number, line in enumerate(text.splitlines(), start=1):
         words = line.partition("#")[0].split()

@@ -13,7 +13,7 @@ from .moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
 from .plan import PlannedScene, ScenePlan, SceneStep
 
 STILL_NS = 20_000_000
-"""Time after which a read is kept even if it shows the same words as the previous read."""
+"""Time after which a read is stored even if it shows the same words as the previous read."""
 
 AHEAD_NS = 20_000_000
 """Longest time from sending parameters to sending their command bit, ns."""
@@ -96,7 +96,7 @@ class _Player:
         return self._played
 
     def _step(self, step: SceneStep) -> None:
-        """Send the words or inputs of a step; read images until they have acted and the step is over."""
+        """Send a step's words or inputs; read images until they have taken effect and the step is over."""
         if step.step is None:
             window = self._path.operate(step.inputs)
             self._played.moments.append(Transmission(window, None, step.inputs))
@@ -108,7 +108,7 @@ class _Player:
         self._read_until(lambda image, lasted_ns: lasted_ns >= least_ns and step.over(image, lasted_ns), step)
 
     def _send(self, previous: ImageWords, words: ImageWords) -> None:
-        """Send words. Parameters are sent before a new command bit, so that a torn write does no harm."""
+        """Send words. Parameters are sent before a new command bit, so that a torn write is harmless."""
         has_rising_bit = words[0] & ~previous[0] or words[1] & ~previous[1]
         parameters_only = (previous[0], previous[1], *words[2:])
         if has_rising_bit and parameters_only != previous and not previous[0]:

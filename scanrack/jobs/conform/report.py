@@ -1,4 +1,4 @@
-"""The result as a JSON file and as text: words sent and read, and nothing that identifies the owner."""
+"""The result as a JSON file and as text, with words sent and read but without the owner's identity."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_SCENES = 40
 
 @dataclass(frozen=True, slots=True)
 class PlayedPlan:
-    """A played plan and its module, with nothing that identifies the owner.
+    """A played plan and its module, without the owner's identity.
 
     Attributes:
         slot: slot of the module.
@@ -182,7 +182,7 @@ def _is_unexplained(scene: SceneVerdict) -> bool:
 
 
 def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:
-    """Return a sentence with advice on a scene that differs and that nothing explains."""
+    """Return a sentence with advice on a scene that differs without an explanation."""
     retry = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
     return (
         f"{scene.name}: no known alternative explains it. {retry}Check whether a program also writes the "
@@ -209,7 +209,7 @@ def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
 
 
 def fitted_scales(result: ConformResult) -> list[FittedScale]:
-    """Return the factors of all scenes. Scenes that agree share a factor with a narrower range."""
+    """Return the factors of all scenes. Scenes that agree share one factor with a narrower range."""
     scales: list[FittedScale] = []
     for scale in chain.from_iterable(scene.scales for scene in result.scenes):
         for number, earlier in enumerate(scales):
@@ -223,7 +223,7 @@ def fitted_scales(result: ConformResult) -> list[FittedScale]:
 
 
 def factor_sentences(result: ConformResult) -> list[str]:
-    """Return the sentences about factors, each once. Factors that a scene can't tell apart share one."""
+    """Return the sentences about factors, each once. Factors that a scene can't distinguish share one."""
     scales = fitted_scales(result)
     sentences = dict[str, None]()
     for scene in result.scenes:

@@ -36,11 +36,11 @@ _UNDECISIVE = {
     ConformVerdict.DIFFERS: "not explained",
     ConformVerdict.OPEN: "open",
 }
-"""By verdict: the description of a scene that decides nothing about a rule."""
+"""By verdict, the description of a scene that decides nothing about a rule."""
 
 
 class Judge:
-    """Judges scenes one after the other.
+    """Judges scenes one by one.
 
     Args:
         firmware: firmware of the module.
@@ -143,7 +143,7 @@ class Judge:
             finding.why = f"{len(contradicted)} of its {len(rivals)} rivals are contradicted"
 
     def _contradicts(self, scene: _SceneEvidence, alteration: Alteration) -> bool:
-        """Whether no instants explain a scene with an alteration. The model's instants are tried first."""
+        """Whether an altered model can't explain a scene with any instants; the model's are tried first."""
         if not scene.may_show(alteration):
             return False
         if self._search(scene.played, alteration, scene.instants).explains_all:
@@ -194,7 +194,7 @@ class Judge:
     def _explains(
         self, played: PlayedScene, alteration: Alteration, evidence: _SceneEvidence, result: Search
     ) -> bool:
-        """Whether an alteration explains a scene; one without effect at the difference is not searched."""
+        """Whether an alteration explains a scene; skip the search if it has no effect at the difference."""
         if not evidence.may_show(alteration):
             return False
         trial = self._search(played, alteration, result.instants)
@@ -208,10 +208,10 @@ class Judge:
 
 
 class _SceneEvidence:
-    """The evidence of a scene: a quick test of whether an alteration may show in it.
+    """The evidence of a scene, for a quick test of whether an alteration may have a visible effect.
 
     Args:
-        bits: status bits that an alteration must hide to show.
+        bits: status bits that an alteration must hide to have a visible effect.
     """
 
     def __init__(self, played: PlayedScene, result: Search, bits: int) -> None:
@@ -224,7 +224,7 @@ class _SceneEvidence:
         self._bits, self._fired_anywhere = bits, result.fired_anywhere
 
     def may_show(self, alteration: Alteration) -> bool:
-        """Whether an alteration may show in the scene."""
+        """Whether an alteration may have a visible effect in the scene."""
         if alteration.hidden:
             return bool(alteration.hidden & self._bits)
         rules = alteration.silent | alteration.overlooked | alteration.adds.keys()
@@ -269,7 +269,7 @@ def _shown_in(played: PlayedScene) -> int:
 
 
 def _differing(result: Search) -> int:
-    """Return the status bits in which the first differing read differs."""
+    """Return the status bits that differ in the first differing read."""
     assert result.unexplained is not None
     read = _status(result.unexplained.words)
     return reduce(or_, (_status(words) ^ read for words in result.shown), 0)

@@ -1,1 +1,1 @@
-"""The benches of `scanrack drive`: a module or controller in virtual time, with JSON requests and replies."""
+"""The benches of `scanrack drive`, each for a module or controller in virtual time, with JSON requests."""

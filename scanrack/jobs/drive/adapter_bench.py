@@ -14,7 +14,7 @@ Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 
 
 class LinkFault(Strict):
-    """Faults of the next replies."""
+    """Faults in the next replies."""
 
     drop_next: Count | None = None
     corrupt_next: Count | None = None
@@ -40,7 +40,7 @@ class AdapterBench(ImageBench):
     module: SimulatedAdapter[Any]
 
     def _act_on_line(self, request: Request) -> None:
-        """Take the line down or put it up, add faults of its next replies, or cycle its device."""
+        """Open or restore the line, add faults to its next replies, or power-cycle its device."""
         assert isinstance(request, AdapterRequest)
         line = self.module.controller.line
         if request.link == "down":

@@ -61,7 +61,7 @@ class CardBench:
         """Carry out the request in a line; return the reply that `drive` prints.
 
         Raises:
-            RequestError: a value is illegal; nothing has changed, except that the bench may be new.
+            RequestError: a value is illegal; nothing has changed, except that a fresh bench may have started.
         """
         request = read(line, CardRequest)
         if request.new is not None:

@@ -17,7 +17,7 @@ from .requests import Milliseconds, RequestError, Span, Strict, bytes_of, read
 
 
 class SwitchRange(Strict):
-    """The range of shaft positions in which an input is on, steps from the position at power-up."""
+    """The range of shaft positions where an input is on, in steps from the position at power-up."""
 
     on_when_pos_in: Span
 
@@ -26,7 +26,7 @@ Level = Literal["on", "off"] | SwitchRange
 
 
 class DriveEnv(Strict):
-    """New levels of an axis's inputs, and new conditions; None = unchanged."""
+    """New input levels and conditions of an axis; None = unchanged."""
 
     in1: Level | None = None
     in2: Level | None = None

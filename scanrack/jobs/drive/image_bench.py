@@ -30,7 +30,7 @@ class BenchModule(Module, Protocol):
     machine: Machine
 
     def look_again(self) -> None:
-        """Make the module read its inputs at the next tick; called after an input changes."""
+        """Make the module read its inputs at the next tick. Called after an input changes."""
 
 
 class ImageBench:
@@ -125,7 +125,7 @@ class ImageBench:
         """Run up to `scans` exchange periods; return whether the status bits match `until`.
 
         Args:
-            changes: receives the time and contents of each changed input image; None = they are not needed.
+            changes: receives the time and contents of each changed input image; None = not needed.
         """
         latest_bytes = self._inputs.raw.tobytes()
         for _ in range(scans):
@@ -169,7 +169,7 @@ class ImageBench:
         }
 
     def _rules(self) -> list[str]:
-        """Return the ids of the rules that have set an error bit since the last reply."""
+        """Return the IDs of the rules that have set an error bit since the last reply."""
         error_names = {name for name, mask in self._profile.masks.items() if mask & self._profile.error_bits}
         ids = [event.name for event in self.module.events if _sets_error(event, error_names)]
         self.module.events.clear()
@@ -182,7 +182,7 @@ def _sets_error(event: Event, error_names: Set[str]) -> bool:
 
 
 def time_ms(now_ns: int) -> int | float:
-    """Return a time as an exact JSON number in ms, an integer if possible."""
+    """Return a time in ms as an exact JSON number, as an integer if possible."""
     whole_ms, part_ns = divmod(now_ns, NS_PER_MS)
     return whole_ms if part_ns == 0 else float(Decimal(now_ns) / NS_PER_MS)
 

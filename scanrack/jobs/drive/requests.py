@@ -51,7 +51,7 @@ Span = Annotated[tuple[Steps | None, Steps | None], AfterValidator(_ordered)]
 
 
 class SwitchRanges(Strict):
-    """The ranges of shaft positions in which inputs are energized."""
+    """The ranges of shaft positions where inputs are energized."""
 
     capture: Span | None = None
     external: Span | None = None
@@ -95,7 +95,7 @@ class ImageBenchOptions(Strict):
 
 
 class Encoder(Strict):
-    """Turns of the encoder by hand during a request."""
+    """Manual turns of the encoder during a request."""
 
     counts: Steps = 0  # evenly spread over the request's time
     markers_ms: list[Milliseconds] = []  # times of marker pulses after the begin of the request
@@ -135,7 +135,7 @@ class Request(Strict):
 
     @model_validator(mode="after")
     def _turning_takes_time(self) -> Request:
-        """Refuse encoder counts in a request without time, and marker pulses after the request's end."""
+        """Refuse encoder counts in a request without a duration, and marker pulses after its end."""
         if self.encoder is not None:
             if self.encoder.counts and not self.for_ms:
                 raise ValueError(
@@ -188,7 +188,7 @@ def _no_constant(name: str) -> Any:
 
 
 def _model_at(model: type[BaseModel], path: tuple[str, ...]) -> type[BaseModel] | None:
-    """Return the model of the object at a path in a request; None if the value there has no single model."""
+    """Return the model of the object at a path in a request; None if it has no single model."""
     for name in path:
         if name not in model.model_fields:
             return None

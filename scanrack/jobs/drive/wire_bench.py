@@ -1,7 +1,8 @@
 """The bench of `scanrack drive` for controllers: a controller, its serial line, its pins.
 
-A target (`WireTarget`) has the controller, its signals and its environment. The bench has everything else:
-the order of the keys, the bytes on the line at the line's speed, time, marks, replies. A target's module
+A target (`WireTarget`) provides the controller, its signals and its environment. The bench provides
+everything else: the order of the keys, the bytes on the line at the line's speed, time, marks, replies. A
+target's module
 defines
 
     the options of `new` and the table of `env`       two `Strict` models
@@ -49,7 +50,7 @@ class WireTarget(Generic[Env]):
 def pin_state(
     value: Any, levels: Mapping[str, PinState], followers: Mapping[str, Callable[[int], PinState]], forms: str
 ) -> PinState:
-    """Return the state of a pin for a requested value: a level, or a state that follows the position.
+    """Return a pin's state for a requested value: a level, or a state that follows the position.
 
     Args:
         levels: states by name.
@@ -183,7 +184,7 @@ class WireBench(Generic[New, Env]):
             self._marks[request.mark] = self.target.device.motor_position
 
     def _exchange(self, data: bytes, gap_ns: int) -> bytes:
-        """Send bytes with a gap after each byte; return the reply, b"" if none begins in `silence_ns`."""
+        """Send bytes with a gap after each byte; return the reply, or b"" if none begins in `silence_ns`."""
         bus, target = self.bus, self.target
         if bus.quiet_since_ns is not None:
             bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns()))

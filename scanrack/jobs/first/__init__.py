@@ -1,1 +1,1 @@
-"""The first run of an export: conditions it waits for, inputs that never changed, modules not simulated."""
+"""The first run of an export, with a report of its conditions, unchanged inputs and modules."""

@@ -1,6 +1,6 @@
 """Runs an export for the first time, on a rack in a temporary folder for a thousand scans, and reports.
 
-Modules that are not simulated are only memory: no button is pressed, and no part arrives. The report lists
+Modules that are not simulated are only memory, so no button is pressed and no part arrives. The report lists
 the conditions the program waits for, the inputs that never changed, and the modules that are not simulated.
 """
 
@@ -158,12 +158,12 @@ class _Inputs:
         }
 
     def unchanged(self, *, of_modules: bool) -> list[str]:
-        """Return the inputs that never changed: inputs of modules, or all others."""
+        """Return the inputs that never changed: either module inputs or all others."""
         return [name for name, place in self._unchanged.items() if (":" in place.path) is of_modules]
 
 
 def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
-    """Yield tags that are read but never written, as named in rungs; skip computed subscripts."""
+    """Yield tags that are read but never written, as named in rungs. Skip computed subscripts."""
     written_paths: set[str] = set()
     read: dict[str, Place] = {}
     for mention in debugger.cross_reference.mentions:
@@ -186,7 +186,7 @@ def _is_fixed(place: Place) -> bool:
 
 
 def _first(names: list[str]) -> list[str]:
-    """Return the first `SHOWN` names, and a line with the number of the others."""
+    """Return the first `SHOWN` names, and a line with the number of remaining names."""
     more = len(names) - SHOWN
     return [*names[:SHOWN], f"and {more:,} more"] if more > 0 else names
 

@@ -1,8 +1,9 @@
-"""Finds the conditions a program waits for: where the power flow in a rung ends after the last scan.
+"""Finds the conditions a program waits for, where the power flow in a rung ends after the last scan.
 
     XIC(Auto) ==== EQU(Step,20) ==== XIC(PartThere) ---- OTE(Clamp)     it waits for XIC(PartThere)
 
-Rungs with a true condition before the false one come first, in scan order, as they are closer to passing.
+Rungs with a true condition before the false one come first, in scan order, because they are closer to
+passing.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ def _condition(debugger: Debugger, blocked: _BlockedRung) -> Condition | None:
 
 
 def _why(debugger: Debugger, tag: str, value: Value) -> str:
-    """Explain a tag's value; do not search past scans if no rung writes the tag."""
+    """Explain a tag's value. Do not search past scans if no rung writes the tag."""
     if ":" in tag or any(mention.writes for mention in debugger.cross_reference.of(tag)):
         return str(debugger.why(tag))
     return f"{tag} is {int(value) if isinstance(value, bool) else value}: no rung writes it."

@@ -1,4 +1,4 @@
-"""Searches for scenarios in which a program fails.
+"""Searches for scenarios that make a program fail.
 
     from scanrack.jobs.fuzz import never, eventually
 

@@ -75,7 +75,7 @@ def _slc_text(program: Path, imported: Any) -> str:
     return rack_of_slc(imported or import_slc(program, trial=True), program)
 
 
-def begun(*, keep_values: bool, memory: int | None) -> ExportStart | None:
+def start_of_export(*, keep_values: bool, memory: int | None) -> ExportStart | None:
     """Return the initial state of an export from a command's options; None if none of them is given."""
     if not keep_values and memory is None:
         return None

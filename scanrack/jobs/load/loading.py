@@ -263,6 +263,7 @@ def rack_form(path: PurePath) -> Form:
 
 
 def _rack_path(rack: str) -> Path:
+    """Return the path of a rack's file; raise RackFileError if it is not a rack file."""
     path = Path(split_address(rack)[0])
     rack_form(path)
     return path
@@ -388,10 +389,10 @@ def _read_stubs(source: _RackSource) -> Stubs:
     spec, folder = source.spec, source.path.parent
     stubs: dict[str, Stub] = {}
     for name, stub in spec.stubs.items():
-        if name in STUB_SETTINGS:
+        if name in STUB_SETTINGS:  # these keys are settings for the whole table
             continue
         try:
-            if isinstance(stub, str):
+            if isinstance(stub, str):  # "done after 20 ms", or a function as in "plant.py:xrp"
                 stubs.update(load_stubs({name: stub}, folder).by_name)
             else:
                 stubs[name.upper()] = stub_of_table(stub, folder, source.world)
@@ -399,7 +400,9 @@ def _read_stubs(source: _RackSource) -> Stubs:
             raise source.refusal("stubs", error, name) from error
     if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
         raise source.refusal("stubs", "only an export (.L5X or .SLC) has refused rungs", REFUSED)
-    return Stubs(stubs, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, spec.words)
+    return Stubs(
+        stubs, missing_tags=MISSING_TAGS in spec.stubs, refused=REFUSED in spec.stubs, modules=spec.words
+    )
 
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:

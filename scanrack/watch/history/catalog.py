@@ -152,7 +152,7 @@ class Catalog:
                 }
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
-        """Return the name by which each tag is forced, if different: an address, or the tag of an alias."""
+        """Return the name for forcing each tag, if it differs: an address, or the target of an alias."""
         addresses = {name: self._forced_as(name) for name in names}
         return {name: address for name, address in addresses.items() if address not in (None, name)}
 
@@ -196,7 +196,7 @@ class Catalog:
         resolver = Resolver(self._layout, program)
 
         def tag_of(text: str) -> tuple[str, bool] | None:
-            """Return the tag that a pin names, and whether it is a bit; None for any other text."""
+            """Return the tag to which a pin refers, and whether it is a bit; None for any other text."""
             try:
                 address = parse_expression(text)
             except LadderError:  # the name of a pin need not be a tag
@@ -256,7 +256,7 @@ class Catalog:
         return page_routine, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
-        """Return the full names of the tags with a single value in a text, each once."""
+        """Return the full names of the single-value tags in a text, without duplicates."""
         names: dict[str, None] = {}
         for name in _words(text):
             qualified = self._qualified(program, name)
@@ -265,7 +265,7 @@ class Catalog:
         return list(names)
 
     def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
-        """Return the full name of an address; None if it is unknown or of more than one value."""
+        """Return the full name of an address; None if it is unknown or has more than one value."""
         try:
             place = resolver.address(address)
         except LadderError:
@@ -284,7 +284,7 @@ class Catalog:
         return name if stem.upper() in declared else None
 
     def _is_single(self, name: str) -> bool:
-        """Return whether a name is that of a single value, not of a structure or an array."""
+        """Return whether a name refers to a single value, not to a structure or an array."""
         try:
             return isinstance(self._tags[name], (bool, int, float, str))
         except ValueError:
@@ -296,7 +296,7 @@ class Catalog:
         return CrossReference(self._program.build())
 
     def mentions(self, tag: str) -> list[Json]:
-        """Return the uses of a tag; raise ValueError for an unknown tag."""
+        """Return where a tag is used; raise ValueError for an unknown tag."""
         return [
             {"text": str(use), "rung": f"{use.site.routine}.{use.site.rung}", "tag": tag}
             for use in self.cross_reference.of(tag)
@@ -358,7 +358,7 @@ def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
 
 
 def _words(text: str) -> Iterable[str]:
-    """Yield the parts of a text that may be the name of a tag or of its member."""
+    """Yield the parts of a text that can be names of tags or members."""
     word = ""
     for character in f"{text} ":
         if character.isalnum() or character in "_.[]:\\":

@@ -45,7 +45,7 @@ _NOT_FORCED = ("scan", "t", "topic", "tags")
 
 
 class States(Protocol):
-    """The states in any scan."""
+    """The states in each scan."""
 
     @property
     def formats(self) -> NumberFormats:
@@ -65,10 +65,10 @@ class States(Protocol):
         """Return the rule that last set each bit, up to a scan."""
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return the values that actions last set up to a scan, and by whom: `{"Start": [true, "panel"]}`."""
+        """Return the values that actions set up to a scan, and the sources: `{"Start": [true, "panel"]}`."""
 
     def faults_at(self, scan: int | None) -> list[Fault]:
-        """Return the CPU's faults up to the end of a scan."""
+        """Return the controller's faults up to the end of a scan."""
 
     def up_to(self, scan: int, most: int) -> list[Json]:
         """Return the latest events up to a scan, in order."""
@@ -169,7 +169,7 @@ class EventLog:
         self._lines.add(event["scan"], {**self._lines.latest, event["sequence"]: wait})
 
     def _take_press(self, scan: int, text: str) -> None:
-        """Note the value that an action has set, and by whom; text that is no known action is ignored."""
+        """Note the value that an action has set, and its source; ignore text that is not a known action."""
         try:
             action = action_of(parsed(text), RECORDED)
         except ValueError:
@@ -185,7 +185,7 @@ class EventLog:
                 history.set_value(scan, tag + part, [None, client])
 
     def _take_rule(self, event: Mapping[str, Any]) -> None:
-        """Note a rule as the latest one for each bit that it set; forget the oldest ones if too many."""
+        """Note a rule as the latest one for each bit that it set; drop the oldest if there are too many."""
         for bit in event.get("bits") or ():
             rule = {
                 "slot": event.get("slot", 0),
@@ -215,11 +215,11 @@ class EventLog:
         return self.begin or (0 if self.earlier is None else self.earlier.missing())
 
     def _earlier_scan(self, scan: int | None) -> int:
-        """Return a scan for `earlier`, at most this log's first; a growing trace has these events too."""
+        """Return a scan for `earlier`, at most this log's first, since a growing trace repeats its events."""
         return self._first if scan is None else min(scan, self._first)
 
     def faults_at(self, scan: int | None) -> list[Fault]:
-        """Return the CPU's faults up to the end of a scan; None = the latest."""
+        """Return the controller's faults up to the end of a scan; None = the latest."""
         earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
         return earlier + [fault for fault in self._faults if scan is None or fault.scan <= scan]
 
@@ -240,7 +240,7 @@ class EventLog:
         return earlier | (self._lines.state_in(LAST_SCAN if scan is None else scan) or {})
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return the values that actions last set up to a scan, and by whom."""
+        """Return the values that actions last set up to a scan, and the sources."""
         earlier = {} if self.earlier is None else self.earlier.pressed_at(self._earlier_scan(scan))
         until = LAST_SCAN if scan is None else scan
         return earlier | (self._stored.state_in(until) or {}) | (self._pressed.state_in(until) or {})
@@ -274,7 +274,7 @@ class _StateHistory:
             del self._scans[: self._keep], self._states[: self._keep]
 
     def set_value(self, scan: int, name: str, value: Any) -> None:
-        """Add a state with another value of a name; with too many names, drop the one that was set first."""
+        """Add a state in which a name has a new value; if there are too many names, drop the oldest one."""
         if self.latest.get(name) != value:
             values = dict(self.latest)
             values.pop(name, None)  # the latest name comes last
@@ -312,7 +312,7 @@ def _row_of(event: Mapping[str, Any]) -> Json:
 
 
 def _event_text(event: Mapping[str, Any]) -> str:
-    """Return the fields of an event without a text, as text."""
+    """Format the fields of an event that has no text."""
     if event.get("topic") == FORCES:
         return _forces_text(event)
     skipped = ("scan", "t", "topic", "kind", "slot")

@@ -1,4 +1,4 @@
-"""Tables of events, read in pieces from a scan backwards, without hidden kinds.
+"""Tables of events without hidden kinds, read backwards in pieces from a scan.
 
 events     rule  move  indicator  indicator  rule  stimulus        up to the scan of the page
 hidden                 x          x

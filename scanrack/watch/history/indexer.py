@@ -30,7 +30,7 @@ SLICE = 1000
 
 
 def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
-    """Return the programs whose scans can be repeated, and the last scan that can be."""
+    """Return the programs whose scans can be repeated, and the last repeatable scan."""
     programs: list[LadderLogic] = []
     for stretch in stretches:
         if not isinstance(stretch.logic, LadderLogic) or stretch.logic.functions:
@@ -45,7 +45,7 @@ class Indexer:
     Args:
         programs: the program and its edited versions, without routines in Python.
         slots: the word names of the modules, by slot.
-        recorded: the events of the recording, for its actions and lost links.
+        recorded: the events of the recording, which include its actions and lost connections.
         keep: receives the snapshots of the program's values.
     """
 

@@ -207,7 +207,7 @@ class TagLanes:
         return images, [name for name in addresses if name not in images]
 
     def _with_images(self, piece: Json, images: Mapping[str, Address]) -> Json:
-        """Return a piece with lanes of words and bits of images, which every row has."""
+        """Return a piece with additional lanes of image words and bits, which every row contains."""
         if not piece or not images:
             return piece
         first, last = piece["from"] // self._period_ns, piece["to"] // self._period_ns - 1
@@ -237,7 +237,7 @@ class TagLanes:
         return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
-        """Return the values after each of some scans, repeated unless they were requested last."""
+        """Return the values after each scan; repeat the scans unless the last request was the same."""
         request = first, last, names
         latest = self._latest_series
         if latest is not None and latest[0] == request:

@@ -39,7 +39,7 @@ from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_INPUTS = 50_000
-"""Minimum number of notes to keep about other inputs; a program that writes its inputs has one per scan.
+"""Minimum number of notes to keep about other inputs; a program that writes its inputs adds one per scan.
 """
 
 MOST_REPEATED = 8192
@@ -223,7 +223,7 @@ class ProgramReplica(Replayer):
 
 
 def scans_in(rows: Rows) -> Iterator[RecordedScan]:
-    """Return a scan for each row."""
+    """Yield a scan for each row."""
     memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
     blocks = (memory[offset : offset + size] for offset in range(0, len(memory), size))
     columns = (rows[name].tolist() for name in ("scan", "now_ns", "flags"))

@@ -19,7 +19,7 @@ _KINDS = {tokenize.COMMENT: "comment", tokenize.NUMBER: "number", tokenize.STRIN
 _F_STRING = {
     number for name in ("START", "MIDDLE", "END") if (number := getattr(tokenize, f"FSTRING_{name}", None))
 }
-"""Tokens of an f-string in Python 3.12 and later."""
+"""Token types of f-strings in Python 3.12 and later."""
 
 
 def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
@@ -87,7 +87,7 @@ class PythonSource:
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
     def tags_of_fault(self, fault: Fault, values: Iterable[str]) -> list[str]:
-        """Return the program's values that the line of a fault reads, matched by their last names."""
+        """Return the program's values that a fault's line reads, matched by the last part of their names."""
         place = self.place_of_fault(fault)
         number = int(place.rpartition(".")[2]) if place else 0
         names = set(_names_in(self._lines[number - 1])) if 0 < number <= len(self._lines) else set()

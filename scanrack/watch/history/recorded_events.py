@@ -1,4 +1,4 @@
-"""The events of a trace, which are read first around a page's scan, then backwards in the background.
+"""The events of a trace, read first near a page's scan, then backwards in the background.
 
 chunks     0    1    2    3    4    5    6    7
 read                      *    *    *              a page shows a scan of chunk 5
@@ -58,7 +58,7 @@ class RecordedEvents:
         self._find_chunks()
 
     def _find_chunks(self) -> None:
-        """Find the indexes of the chunks with events, and of those with forces."""
+        """Find the indexes of the chunks with events and of the chunks with forces."""
         chunks = self._trace.sections
         self._chunk_count = len(chunks)
         self._with_events = [index for index, chunk in enumerate(chunks) if self._trace.may_contain(chunk)]
@@ -122,11 +122,11 @@ class RecordedEvents:
         return self._states_in(scan).rules
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return the values that known actions last set up to a scan, and by whom."""
+        """Return the values that known actions last set up to a scan, and the sources."""
         return self._states_in(scan).pressed
 
     def faults_at(self, scan: int | None) -> list[Fault]:
-        """Return the known faults of the CPU up to the end of a scan."""
+        """Return the known faults of the controller up to the end of a scan."""
         logs = self._back_from(LAST_SCAN if scan is None else scan)
         return [fault for log in logs for fault in log.faults_at(scan)]
 
@@ -151,7 +151,7 @@ class RecordedEvents:
         return orders_of(self._between(first, last, ORDERS.name))
 
     def links(self, slot: int, first: int, last: int) -> list[LinkChange]:
-        """Return the changes of the link to a module from scan `first` to scan `last`, inclusive."""
+        """Return the changes in the connection to a module from scan `first` to scan `last`, inclusive."""
         return link_changes(self._between(first, last, INDICATORS), slot)
 
     def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:

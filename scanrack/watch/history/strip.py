@@ -1,4 +1,4 @@
-"""The timing strip of rows, which shows bits by their edges and positions as an envelope.
+"""The timing strip of rows, which shows the edges of bits and the envelopes of positions.
 
     rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
 
@@ -100,7 +100,7 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
 
 
 def _shown_bits(words: ModuleWords) -> list[tuple[str, BitPlace]]:
-    """Return a module's bits; if both images have a bit, such as MODE_CONFIG, use the input image's."""
+    """Return a module's bits; if both images have a bit, such as MODE_CONFIG, use the input bit."""
     named_bits = [(name, place) for names in words.groups.values() for name, place in names.items()]
     inputs = {name for name, place in named_bits if place.image == "I"}
     return [(name, place) for name, place in named_bits if place.image == "I" or name not in inputs]
@@ -120,7 +120,7 @@ def piece_of(
     Args:
         rows: rows in scan order; there may be gaps.
         previous: the row before them; if empty, every signal starts with the first row.
-        most: maximum number of points of a position, without gaps.
+        most: maximum number of points per position, not counting gaps.
         formats: number formats of modules whose configuration selects them.
 
     Returns:
@@ -200,7 +200,7 @@ def _positions(
 
 
 def _counted(times: Numbers, levels: Numbers, begins: Flags) -> list[Point]:
-    """Return `[t, level, edges]` of about `MOST_EDGES` stretches; `[t, level]` for one without edges."""
+    """Return `[t, level, edges]` of about `MOST_EDGES` stretches; `[t, level]` if without edges."""
     starts, ends = _stretches(begins, MOST_EDGES)
     edges = np.diff(levels, prepend=levels[:1]) != 0
     edges[starts] = False

@@ -82,7 +82,7 @@ class Timeline:
         return self._latest_tags[1]
 
     def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
-        """Return the times, ns, of some scans, and the values of those names that are recorded.
+        """Return the times of scans, ns, and the values of the recorded names.
 
         Both are empty if none of the names is recorded.
         """
@@ -141,7 +141,7 @@ class Timeline:
     # --- the trace
 
     def _recorded(self) -> tuple[int, int] | None:
-        """Return the first and the last scan of the trace, kept until it grows; None without scans."""
+        """Return the first and the last scan of the trace, cached until it grows; None without scans."""
         if self._extent is None:
             trace = self.opened()
             ends = None if trace is None else extent(trace).scan.tolist()
@@ -149,7 +149,7 @@ class Timeline:
         return self._extent
 
     def _read(self, first: int, last: int) -> Rows:
-        """Return rows of the trace, reading whole windows."""
+        """Return rows of the trace; read complete windows."""
         numbers = range(first // WINDOW, last // WINDOW + 1)
         rows = np.concatenate([self._window(number, last) for number in numbers])
         low, high = np.searchsorted(rows["scan"], [first, last + 1])

@@ -97,7 +97,7 @@ class LadderNotes:
             self.send_values(scan + 1)
 
     def _note(self, debugger: Debugger, scan: int) -> None:
-        """Write the inputs of the latest scan if it had writes, images of its own or new forces."""
+        """Write the inputs of the latest scan if it had writes, its own images or new forces."""
         entry, forces = debugger.latest, debugger.engine.memory.forces
         fresh = None if entry is self._entry else entry
         is_written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)

@@ -1,1 +1,1 @@
-"""Monitors of a session and of a recording, which create what pages show and answer their questions."""
+"""Monitors of a session and of a recording, which create the contents of pages and answer their questions."""

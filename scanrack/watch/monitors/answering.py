@@ -1,4 +1,4 @@
-"""The process of a long question. It prints a line of JSON: the answer, or `{"refused": TEXT}`."""
+"""The process that answers a long question. It prints a line of JSON: the answer or `{"refused": TEXT}`."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
 
 
 def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
-    """Return a page's event as an event of a recording; an event of forces gets the given forces."""
+    """Return a page's event as an event of a recording; a force event gets the given forces."""
     fields: Json = {
         key: event[key] for key in ("slot", "kind", "name", "text", "module", "order") if key in event
     }

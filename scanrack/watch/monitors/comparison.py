@@ -218,7 +218,7 @@ def _differing_words(own: list[int], other: list[int] | None) -> Json:
 
 
 def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
-    """List the traces of this rack with which a page may compare its own, newest first."""
+    """List the traces of this rack that a page can compare with its own, newest first."""
     record, trace = _record_of(monitor), monitor.subject.timeline.opened()
     parent = None if trace is None else trace.head.metadata.get("parent")
     rack = monitor.subject.spec

@@ -50,7 +50,7 @@ def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
 def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Check edited rungs and draw them.
 
-    The answer has the rungs with their mistakes, undeclared tags, and whether the draft may be accepted.
+    The answer has the rungs with their mistakes, undeclared tags, and whether the draft can be accepted.
     """
     program, catalog = _edited(monitor)
     columns = columns_in(question)
@@ -149,7 +149,7 @@ def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> On
 
 
 def _parsed(question: Question, more: Sequence[str] = ()) -> Online:
-    """Return the draft in a question; `more` are other keys that the question may have."""
+    """Return the draft in a question; `more` are other keys that the question can have."""
     fields = {key: value for key, value in question.items() if key not in ("id", "do", *more)}
     draft = action_of({"do": "online", "step": "accept", **fields}, {"online": Online})
     assert isinstance(draft, Online)

@@ -3,7 +3,7 @@
     values before scan n      inputs n, n + 1, ...      the running program      its values
                               the same                  the edited program       other values
 
-Both programs run on the recorded inputs, so the result ignores how the machine would have moved differently.
+Both programs run on the recorded inputs, so the result ignores differences in the motion of the machine.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def _contents(cell: CellType) -> Any:
 
 
 def _pairs(old: Memory, new: Memory) -> list[tuple[str, Leaf, Leaf]]:
-    """Return the path and both leaves of each value that both programs have, without internal ones."""
+    """Return the path and both leaves of each value that both programs have, without internal values."""
     pairs = []
     for leaf in old.layout.leaves.values():
         new_leaf = new.layout.leaves.get(leaf.path.upper())

@@ -12,7 +12,7 @@ from .monitor import Json, Monitor
 from .page import Page
 
 Question = Mapping[str, Any]
-"""A question of a page: an object with the keys id and do, and fields."""
+"""A question from a page: an object with the keys `id` and `do`, and other fields."""
 
 SCANS_MOST = 50_000
 """Maximum number of scans in a question."""

@@ -214,7 +214,7 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
 
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:
-    """Yield one row for the conditions that a page can set in modules, if any module has some.
+    """Yield one row for the module conditions that a page can set, if any module has conditions.
 
     The named states of the first such module are the choices.
     """

@@ -190,5 +190,5 @@ def _has_rule_mark(mark: Mark, rule_scans: Mapping[tuple[int, str], Sequence[int
 
 
 def _severity(mark: Mark) -> int:
-    """Return a number that is lower for a more severe mark."""
+    """Return the severity of a mark; a lower number is more severe."""
     return KINDS.index(mark.kind)

@@ -54,7 +54,7 @@ STRIP_FIRST = 2048
 
 @dataclass(frozen=True, slots=True)
 class SessionFacts:
-    """Facts about a session or trace, in addition to its rack."""
+    """Data about a session or trace, in addition to its rack."""
 
     version: str
     name: str
@@ -215,7 +215,7 @@ class Monitor(ABC):
             self.act(page, None, action)
 
     def tick_compared(self) -> bool:
-        """Do some work on the traces with which pages compare; return whether more work is due now."""
+        """Do some work on the traces to which pages are compared; return whether more work is due now."""
         busy_pages = [page for page in self.pages if page.compared is not None and page.compared.tick()]
         for page in busy_pages:
             page.due.set()
@@ -281,7 +281,7 @@ class Monitor(ABC):
         return page.row if page.row is not None else self.latest
 
     def _picture(self, page: Page, row: Row) -> Json:
-        """Return what a page shows of a scan: states of the session, images, machines and program."""
+        """Return the parts of a scan that a page shows: session states, images, machines and program."""
         past = page.past
         scan, timeline = int(row["scan"]), self.subject.timeline
         extent, earlier_row = timeline.extent, timeline.between(scan - SPEED_SCANS, scan)[:1]
@@ -307,7 +307,7 @@ class Monitor(ABC):
         }
 
     def faults(self, past: int | None) -> list[Json]:
-        """Return the CPU's faults up to a scan, with their rungs or lines and their tags."""
+        """Return the controller's faults up to a scan, with their rungs or lines and their tags."""
         program = self.subject.programs.at(past)
         return [
             {
@@ -342,7 +342,7 @@ class Monitor(ABC):
         }
 
     def _strip(self, page: Page) -> Json:
-        """Return the strip since the last frame; in the first frame, the strip of the latest rows."""
+        """Return the strip since the last frame; for the first frame, return the strip of the latest rows."""
         recent, start = self.subject.recent, page.strip_position
         page.strip_position = recent.count
         if start is None:

@@ -157,7 +157,7 @@ def mode_of(flags: int) -> str:
 
 
 def changes_since(sent: Json, picture: Json) -> Json:
-    """Return the parts of a picture that differ from what was sent; update `sent` with them."""
+    """Return the parts of a picture that differ from the sent ones; update `sent` with them."""
     changes: Json = {}
     for key, value in picture.items():
         if key in SENT_BY_KEY:

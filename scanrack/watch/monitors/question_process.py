@@ -35,7 +35,7 @@ class LongQuestion(NamedTuple):
 
 
 def why(trace: str, tag: str, more: Columns) -> LongQuestion:
-    """Return the question that asks for the cause of a Python program's recorded value.
+    """Return the question about the cause of a Python program's recorded value.
 
     Args:
         more: the latest scans, which may not be in the trace yet; the question is about the last one.
@@ -45,7 +45,7 @@ def why(trace: str, tag: str, more: Columns) -> LongQuestion:
 
 
 def want(trace: str, tag: str, value: object, scan: int, latest: Sequence[tuple[int, str]]) -> LongQuestion:
-    """Return the question that asks which actions after a scan lead to a value.
+    """Return the question about the actions after a scan that lead to a value.
 
     Args:
         latest: the latest actions, see `want_process`.
@@ -56,7 +56,7 @@ def want(trace: str, tag: str, value: object, scan: int, latest: Sequence[tuple[
 
 
 def share(trace: str, scan: int, *, trust: bool, rack: str) -> LongQuestion:
-    """Return the question that asks for a shareable page of a trace, which shows a scan first.
+    """Return the request for a shareable page of a trace that shows a scan first.
 
     Args:
         trust: whether the program in the trace may run.
@@ -67,14 +67,14 @@ def share(trace: str, scan: int, *, trust: bool, rack: str) -> LongQuestion:
 
 
 def effects(package: ReplayPackage) -> LongQuestion:
-    """Return the question that asks what effects an edit would have had in the latest scans."""
+    """Return the question about the effects that an edit would have had in the latest scans."""
     return LongQuestion(f"{__package__}.effects_process", (package,), "repeating the scans", PATIENCE_S)
 
 
 def lines(
     trace: str, scans: tuple[int, int], more: Columns, latest: Sequence[tuple[int, str]]
 ) -> LongQuestion:
-    """Return the question that asks which lines of a Python program were executed, see `lines_process`."""
+    """Return the question about the executed lines of a Python program, see `lines_process`."""
     arguments, command = (trace, *scans, more, latest), f"running the program again up to scan {scans[1]:,}"
     return LongQuestion(f"{__package__}.lines_process", arguments, command, PATIENCE_S, automatic=True)
 
@@ -149,7 +149,7 @@ class QuestionProcesses:
             self._send_answer(pending, {"refused": f"{pending.question.command} failed: {last_line}"})
 
     def _end(self, pending: _Pending, reason: str) -> None:
-        """End a process, and refuse its question for a reason."""
+        """End a process, and refuse its question with a reason."""
         pending.process.kill()
         pending.process.wait()
         pending.files.close()

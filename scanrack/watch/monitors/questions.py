@@ -29,7 +29,7 @@ from .since import last_change
 from .why_questions import ran, want, why
 
 MOST_WATCHED = 500
-"""Maximum number of tags that a page may watch."""
+"""Maximum number of tags that a page can watch."""
 
 EVENTS_MOST, KINDS_MOST = 200, 30
 """Maximum number of events in an answer, and of kinds in a question."""
@@ -52,7 +52,7 @@ def show(monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def watch(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Include tags in later frames, in addition to those of the routine."""
+    """Include tags in later frames, in addition to the tags of the routine."""
     tags = names_in(question, MOST_WATCHED)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
@@ -113,7 +113,7 @@ def look(monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def stop(_monitor: Monitor, page: Page, question: Question) -> Json:
-    """Make the page stop at the scan in which a module's error bit comes on, or only name the bit."""
+    """Make the page stop at the scan in which a module's error bit comes on, or only report the bit."""
     choice = question.get("at_errors")
     if choice not in ("stop", "off"):
         raise ValueError("at_errors must be stop or off")
@@ -169,7 +169,7 @@ def _marks_of(monitor: Monitor) -> Marks:
 
 
 def since(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Return when a tag got the value that it has in the page's scan, and the value before.
+    """Return when a tag got the value that it has in the page's scan, and its previous value.
 
     Each question searches one stretch of scans. `from` is the scan from which the next question continues
     backwards; null if the first scan was reached.

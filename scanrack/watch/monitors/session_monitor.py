@@ -124,7 +124,7 @@ class SessionMonitor(Monitor):
 
     @override
     def state(self, *, past: bool) -> Json:
-        """Return the state of the session, whose speed is 0 while it is paused; see `Monitor.state`."""
+        """Return the state of the session, with speed 0 while it is paused; see `Monitor.state`."""
         session = self.session
         paused = bool(session["paused"])
         present = "paused" if paused else "live"
@@ -148,7 +148,7 @@ class SessionMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
-        """Add a page; tell it about an error bit that is on, a mistake, a preview and edited rungs."""
+        """Add a page; send it a pending error bit, mistake, preview and edited rungs."""
         super().join(page)
         self._report_present_error(page)
         for kind, content in self._lasting.items():
@@ -197,7 +197,7 @@ class SessionMonitor(Monitor):
         return batch.rows
 
     def _report_errors(self, rows: Rows) -> None:
-        """Report the first new error bit to pages at the latest scan; some of them then stop there."""
+        """Report the first new error bit to pages at the latest scan; some pages stop there."""
         first_error = self._errors.first(rows)
         if first_error is None:
             return
@@ -225,7 +225,7 @@ class SessionMonitor(Monitor):
             self.subject.keep(pickle.loads(record))
 
     def _take_messages(self) -> None:
-        """Handle the new messages of the scan process; new pages also get the lasting ones."""
+        """Handle the new messages from the scan process; keep lasting messages for new pages."""
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
             self._ring.head[REQUESTS] += 1  # request the state, which may have been in a lost message
@@ -260,7 +260,7 @@ class SessionMonitor(Monitor):
         self.send_all({"edited": {key: message[key] for key in ("text", "new", "changed", "dropped")}})
 
     def _take_branch(self, message: Json) -> None:
-        """Start over for a branch, in which the rack continues differently from a past scan on."""
+        """Start over for a branch, in which the rack continues differently after a past scan."""
         self._setup = replace(
             self._setup,
             about=replace(self.about, record=message["record"]),
@@ -336,7 +336,7 @@ class SessionMonitor(Monitor):
         return self._earlier is not None
 
     def _release_left_presses(self) -> None:
-        """Release buttons that pages of an earlier monitor left pressed, since that monitor is gone."""
+        """Release buttons that pages of an earlier monitor left pressed, since that monitor has ended."""
         if self._may_be_pressed and not self.about.read_only:
             for release in left_pressed(self):
                 if release not in self._releases:
@@ -354,7 +354,7 @@ class SessionMonitor(Monitor):
 
     @override
     def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
-        """Send an action to the scan process; its answer goes to the page later, see `_take_answer`."""
+        """Send an action to the scan process; the page gets its answer later, see `_take_answer`."""
         if message.get("do") not in PAGE_ACTIONS:
             names = ", ".join((*PAGE_ACTIONS, *QUESTIONS))
             raise ValueError(f"no action {str(message.get('do'))[:60]!r}; choose from {names}")

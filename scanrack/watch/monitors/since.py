@@ -63,7 +63,7 @@ def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Search:
 
 
 def _of_python(monitor: Monitor, name: str, scan: int) -> Search:
-    """Search the recorded values, otherwise the values that were read about 30 times per second."""
+    """Search the recorded values, or else the values that were read about 30 times per second."""
     subject = monitor.subject
     first = max(0, scan - BACK)
     _times, recorded_values = subject.timeline.recorded([name], first, scan)

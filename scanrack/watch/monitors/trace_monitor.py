@@ -56,8 +56,7 @@ class TraceMonitor(Monitor):
     Args:
         sources: the programs in the order of their scans, at least one.
         first: the scan that pages show first; None = the last one.
-        branch: prepares a session that repeats the trace up to a scan, and perhaps pauses there; raises
-            ValueError
+        branch: prepares a session that repeats the trace up to a scan and can pause there; raises ValueError
 
     Attributes:
         branch: see the argument.
@@ -122,7 +121,7 @@ class TraceMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
-        """Add a page, which shows the requested scan or else the last one."""
+        """Add a page that shows the requested scan, or else the last one."""
         page.past = self._last if self._first is None and self._last >= 0 else self._first
         super().join(page)
         programs = self.subject.programs.all
@@ -152,7 +151,7 @@ class TraceMonitor(Monitor):
         return sorted([*super().all_events(), *mark_events], key=itemgetter("scan"))
 
     def run_once(self) -> None:
-        """Before a walk over all scans, skip the indexer if the scans depend only on images."""
+        """Prepare a pass over all scans: skip the indexer if the scans depend only on images."""
         recorded, past = self._recorded, self.subject.programs.all[0].past
         links = (link for slot in self.subject.words for link in recorded.links(slot, 0, self._last))
         is_plain = all(link.good for link in links) and not recorded.orders(0, self._last)

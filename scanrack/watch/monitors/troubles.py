@@ -30,7 +30,7 @@ class ErrorBit(NamedTuple):
 
 
 class ErrorWatch:
-    """A search for error bits that come on. It must get all rows in order.
+    """A search for error bits that come on. It must receive all rows in order.
 
     Args:
         words: words of the modules, by slot, in the order of the rows.

@@ -24,7 +24,7 @@ def answer(
     """Return the actions after a scan of a trace that lead to a value of a tag.
 
     Args:
-        value: the value that the tag is to have.
+        value: the intended value of the tag.
         latest: actions up to the scan, each with the scan before which it takes effect, and its text.
 
     Raises:

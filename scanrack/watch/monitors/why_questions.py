@@ -14,11 +14,11 @@ from .monitor import BACK, Json, Monitor
 from .page import Page
 
 LINES_AROUND = 500
-"""Number of scans before and after a scan that an answer about executed lines also includes."""
+"""Number of additional scans before and after a scan in an answer about executed lines."""
 
 
 def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None = None) -> Json | None:
-    """Explain a tag's value in a scan, by default the page's scan; with `fault`, explain the CPU's fault.
+    """Explain a tag's value in a scan, by default the page's scan; with `fault`, explain the major fault.
 
     Args:
         causes: the program's causes, with a cache of repeated scans; None = create them.
@@ -48,7 +48,7 @@ def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None 
 
 
 def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int | None, Row]:
-    """Return a question's past scan, by default its page's, or None for the latest; also return the row."""
+    """Return a question's past scan, or None for the latest, and its row; the default is the page's scan."""
     if scan is not None and type(scan) is not int:
         raise ValueError("scan must be a scan number")
     past = page.past if scan is None else scan
@@ -59,7 +59,7 @@ def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int |
 
 
 def _why_fault(monitor: Monitor, page: Page, question: Question, causes: Causes | None) -> Json | None:
-    """Explain the CPU's fault by the values that the faulted rung or line read."""
+    """Explain the controller fault by the values that the faulted rung or line read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
         raise ValueError("the CPU has not faulted up to this scan")
@@ -112,7 +112,7 @@ def ran(monitor: Monitor, page: Page, question: Question) -> None:
 
 
 def want(monitor: Monitor, page: Page, question: Question) -> None:
-    """Start a process that finds actions after the page's scan which lead to a value of a tag."""
+    """Start a process that finds actions after the page's scan that lead to a value of a tag."""
     tag, target_value = name_in_program(monitor, page, text_in(question, "tag")), question.get("value")
     if not isinstance(target_value, bool | int | float):
         raise ValueError("value must be true, false or a number")

@@ -1,1 +1,1 @@
-"""Operator panels of buttons, lamps and numbers that users build, each in a file beside its rack file."""
+"""Operator panels with buttons, lamps and numbers that users build, each in a file next to its rack file."""

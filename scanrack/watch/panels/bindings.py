@@ -16,7 +16,8 @@ NEAREST = 3
 """Maximum number of names suggested for an unknown name."""
 
 HINTS_MOST, COMPARED_MOST = 5, 100
-"""Maximum unknown tags per panel that get hints, and names compared with each, since all pages wait."""
+"""Maximum number of unknown tags per panel with hints, and of names compared with each, since all pages
+wait."""
 
 HINTS_KEPT = 1000
 
@@ -56,7 +57,7 @@ class Bindings:
 
         `read` is the name of its value, and `type` the type of the value, "" if unknown. `press` has the
         slot, the name and the released level of an input; the level is null if a machine operates the input.
-        `write` is the tag that it sets. `broken` is why it does not work, or "".
+        `write` is the tag that the item sets. `broken` is the reason why the item does not work, or "".
         """
         kind, tag = KINDS[item["kind"]], item["tag"]
         source, broken = self._source_of(tag), ""

@@ -1,4 +1,4 @@
-"""The panel of a rack, from its file or from a trace, with its description for pages and its changes."""
+"""The panel of a rack, from its file or from a trace; its description for pages, and its changes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ EDITING = {
 
 
 def stamp_of(path: Path) -> tuple[int, int] | None:
-    """Return the time and size of a file, which change when it is written; None for a missing file."""
+    """Return the time and size of a file, to detect a new version; None for a missing file."""
     try:
         stat = path.stat()
     except OSError:
@@ -76,7 +76,7 @@ class KeptPanel:
 
     @property
     def units(self) -> Mapping[str, str]:
-        """The units of tags, by name in upper case; empty while the file has a mistake."""
+        """The units of tags, by tag name in upper case; empty while the file has a mistake."""
         try:
             items = parse_panel(self.content().decode()).items
         except ValueError:
@@ -122,7 +122,7 @@ class KeptPanel:
 
 
 def drafted(items: object, bindings: Bindings) -> Json:
-    """Return the bindings of items that a page edits; `broken` is the mistake of an item, or ""."""
+    """Return the bindings of items that a page edits; `broken` is the mistake in an item, or ""."""
     mistakes = refusals(items)
     assert isinstance(items, list)
     empty = {"read": "", "type": ""}

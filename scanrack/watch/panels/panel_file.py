@@ -76,7 +76,7 @@ def _number(value: object) -> bool:
 
 
 def _pair(*allowed: range) -> Check:
-    """Return a check for a list of two integers, the first in one range and the second in the other."""
+    """Return a check for a list of two integers, each in its own range."""
     checks = list(map(_integer, allowed))
     return lambda value: (
         isinstance(value, list)
@@ -112,7 +112,7 @@ FIELDS: Mapping[str, tuple[Check, str]] = {
     "decimals": (_integer(range(7)), "0 to 6"),
     "color": (lambda value: isinstance(value, str) and value in COLORS, ", ".join(COLORS)),
 }
-"""The check of each field, and its allowed values as messages show them, by name, in file order."""
+"""By field name, in file order: the check of the field, and its allowed values as text for messages."""
 
 
 class Panel(NamedTuple):
@@ -155,7 +155,7 @@ def _plain(value: Any) -> Any:
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
-    """Return the comment lines at the top, up to an empty line, and each item's comment lines."""
+    """Return the comment lines at the top, up to an empty line, and the comment lines of each item."""
     head: list[str] = []
     comments: list[list[str]] = []
     waiting: list[str] = []

@@ -31,7 +31,7 @@ class Difference(NamedTuple):
 
 
 class ChangeLists:
-    """Lists of changes; a key is a part of a frame and names, a line each, such as `tags`, `0`, `Start`."""
+    """Lists of changes; a key has a part of a frame and names, one per line, such as `tags`, `0`, `Start`."""
 
     def __init__(self) -> None:
         self._lists: dict[str, tuple[list[int], list[Any]]] = {}
@@ -72,7 +72,7 @@ class ChangeLists:
         return Difference(first, sorted(key for key, scan in unequal_scans.items() if scan == first))
 
     def _first_unequal(self, other: ChangeLists, key: str, scans: range) -> int | None:
-        """Return the first of some scans in which the values of a list differ; None if they never do."""
+        """Return the first of the scans in which the values of a list differ; None without a difference."""
         if self._lists[key] == other._lists[key]:
             return None
         own_changes, _ = self._lists[key]

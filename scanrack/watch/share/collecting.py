@@ -31,7 +31,7 @@ MOST_ANSWERS = 20
 """Maximum number of tags whose values the page explains."""
 
 LATEST_ANSWERS = 2
-"""Number of these tags that are chosen because they changed last."""
+"""Number of these tags that are selected because they changed last."""
 
 MOST_EVENTS = 20_000
 """Maximum number of events in a page; the latest are kept."""
@@ -57,7 +57,7 @@ def collect(
     Args:
         monitor: monitor of the trace, which runs until it has read everything.
         tags: the first tags to explain.
-        latest: number of other tags to explain, which are the last ones to change before the scan.
+        latest: number of other tags to explain: the ones that changed last before the scan.
         failed: returns the page's data about a failed test; None without one.
     """
     subject, (first, last, scan) = monitor.subject, stretch
@@ -211,7 +211,7 @@ def _holes(scans: np.ndarray[Any, Any]) -> list[list[int]]:
 
 
 def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, tags: Sequence[str], latest: int) -> Json:
-    """Return why tags have their values in a scan; the key "" contains the cause of the CPU's fault."""
+    """Return why tags have their values in a scan; the key "" contains the cause of the controller fault."""
     program = monitor.subject.programs.at(scan)
     if program.past is None:
         return {}

@@ -1,4 +1,4 @@
-"""`scanrack share TRACE`: a page of a trace in one file that any browser opens."""
+"""`scanrack share TRACE`: a page of a trace in one file that any browser can open."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def shared(trace: Path, options: ShareOptions) -> tuple[Any, bytes]:
 
 
 def disclosed(data: Any, *, recording: bool) -> list[str]:
-    """Return sentences about the contents of a page that everyone who gets it can read."""
+    """Return sentences about the contents that every recipient of a page can read."""
     first, last = data["range"]
     routines = [routine for program in data["programs"] for routine in program["described"]["routines"]]
     tags = {tag["name"] for program in data["programs"] for tag in program["described"]["tags"]}

@@ -1,4 +1,4 @@
-"""A failed test for a page, with its message and the first difference from the last run that passed."""
+"""A failed test for a page, with its message and the first difference from the last passed run."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class LadderWalk:
         lists: the changes are added to these lists.
         number: number of the program.
         shown: the routines whose power is collected.
-        names: the tags whose values are collected; unknown names are left out.
+        names: the tags whose values are collected; unknown names are ignored.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class LadderWalk:
                     self._lists.note(f"power\n{self._number}\n{key}", scan, value)
 
     def _tag(self, name: str) -> _Tag:
-        """Return a tag, and register it with its variables; if they are unknown, it is read in every scan."""
+        """Return a tag, and register it with its variables; if they are unknown, read it in every scan."""
         tags, memory = self._engine.tags, self._engine.memory
         place = tags.where(name)
         scans, values = self._lists.list_of(f"tags\n{self._number}\n{name}")

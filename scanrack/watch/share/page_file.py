@@ -83,7 +83,7 @@ def _base64(content: bytes) -> str:
 
 
 def _policy(mapped: str) -> str:
-    """Return the content policy of a page: of all scripts, only its own two may run."""
+    """Return the content policy of a page, which allows only its own two scripts."""
     hashes = " ".join(f"'sha256-{_base64(sha256(script.encode()).digest())}'" for script in (mapped, _START))
     return (
         f"default-src 'none'; script-src {hashes} data:; style-src 'unsafe-inline'; img-src data:; "
@@ -120,7 +120,7 @@ def recording_in(path: Path) -> bytes:
 
 
 def recording_beside(page: Path) -> Path:
-    """Write the trace in a page to a file beside the page with the same name; return its path.
+    """Write the trace in a page to a file of the same name next to the page; return its path.
 
     Raises:
         ValueError: see `recording_in`; also if another file with that name exists.

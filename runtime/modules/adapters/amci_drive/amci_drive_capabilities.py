@@ -1,4 +1,4 @@
-"""What a networked drive can do through the adapter."""
+"""The capabilities of a networked drive through the adapter."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _too_slow(request: AxisRequest, options: AmciDriveOptions) -> bool:
 
 
 def _no_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    """Return whether the drive lacks a jerk as gentle as the S-curve (option strict: equal to it)."""
+    """Return whether no jerk of the drive is as gentle as the S-curve (option strict: equal to it)."""
     if not has_ramps(request):
         return False
     profile = profile_of(request)
@@ -121,7 +121,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[AmciDriveOptions], ...] = (
 
 
 class AmciDriveCapabilities(RowCapabilities[AmciDriveOptions]):
-    """The rows above."""
+    """Capabilities of a networked drive, defined by the rows above."""
 
     configuration_rows = CONFIGURATION_ROWS
     command_rows = COMMAND_ROWS

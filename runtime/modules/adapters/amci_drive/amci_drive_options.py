@@ -55,7 +55,7 @@ class AmciDriveOptions(Options):
 
     @property
     def row(self) -> Model:
-        """The row for the model."""
+        """The model's row in the table of models."""
         return MODELS[self.model]
 
     @property

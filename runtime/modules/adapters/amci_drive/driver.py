@@ -51,7 +51,8 @@ STARTS = {
 RESETTABLE = (
     StatusBit.COMMAND_ERROR | StatusBit.INPUT_ERROR | StatusBit.INVALID_JOG_CHANGE | StatusBit.STALL_DETECTED
 )
-"""Errors that Reset Errors clears before a motion; COMMAND_ERROR refuses it [17 p. 82]."""
+"""Errors that Reset Errors clears before a motion; the drive refuses motions during COMMAND_ERROR [17 p.
+82]."""
 
 FAILED = StatusBit.INPUT_ERROR | StatusBit.COMMAND_ERROR | StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
 
@@ -430,7 +431,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
             self.busy = not (yield from self._stays_at_rest())
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
-        """Return whether a drive at rest has made the motion; it may process a start after responding."""
+        """Return whether a drive at rest has completed its motion; it may respond before it starts."""
         if self.status & FAILED or task.stopping or task.marked:
             return True
         if task.kind is TaskKind.INDEX:

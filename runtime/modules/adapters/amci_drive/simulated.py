@@ -49,7 +49,7 @@ class DriveDevice:
 
     @property
     def turnaround_ns(self) -> int:
-        """The time between a request and its reply, which is 0."""
+        """The time between a request and its reply: 0."""
         return 0
 
     @property

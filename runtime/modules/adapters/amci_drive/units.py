@@ -68,7 +68,7 @@ def jerk_is_exact(profile: Profile) -> bool:
 
 
 def drive_profile(profile: Profile, start_sps: int) -> DriveProfile:
-    """Convert a profile; a jerk is rounded down, which is gentler.
+    """Convert a profile; a jerk is rounded down, to a gentler value.
 
     Args:
         start_sps: starting speed in the drive's configuration; motions that would be slower run at this

@@ -1,4 +1,4 @@
-"""The driver of a PCL601, which makes one exchange at a time.
+"""The driver of a PCL601; it makes one exchange at a time.
 
 configure   stop a program, clear errors, stop, functions off, current on, position := BIAS
 idle        status, position, inputs, repeated
@@ -102,7 +102,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def restore_protocol(self) -> Talk:
-        """Switch a device back to Modbus from AA ASCII, in which it ignores Modbus."""
+        """Switch a device back from AA ASCII to Modbus; in AA ASCII it ignores Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
             self.findings.complain(0, "the device used AA ASCII, and is switched back to Modbus")
             yield ascii.back_to_modbus(self.unit)
@@ -190,7 +190,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
         return True
 
     def _note_disobedience(self) -> None:
-        """Complain once, then not again until the device has obeyed."""
+        """Complain once, and not again until the device has obeyed."""
         if not self._disobeys:
             self._disobeys = True
             self.findings.complain(0, "the device refuses writes, even after a stop")
@@ -240,7 +240,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @property
     @override
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """Return the reads of a poll, which include the inputs twice so that no 20 ms pulse is missed."""
+        """Return the reads of a poll; the inputs are read twice so that no 20 ms pulse is missed."""
         return self.read_status, self._read_inputs_early, self.read_position, self.read_inputs
 
     def _read_inputs_early(self) -> Talk:
@@ -250,7 +250,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
             yield PUBLISH
 
     def _determine_limit_side(self) -> Talk:
-        """Determine the side of the active limit, which stops only a motion toward it.
+        """Determine the side of the active limit; a limit stops only motions toward it.
 
         An index of one step ends before the next read, so it reveals no limit that was already active.
         """
@@ -262,7 +262,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
             self.limit_side = self.direction or BOTH_SIDES
 
     def _side_revealed_by(self, task: Task[Drive]) -> int:
-        """Return the limit's side, which is behind a motion that continues or ahead of a stopped one.
+        """Return the limit's side: behind a motion that continues, or ahead of a stopped motion.
 
         A stop for a change of speed reveals nothing; the next motion does.
         """

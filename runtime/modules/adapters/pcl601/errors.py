@@ -25,4 +25,4 @@ ERRORS: dict[Error, int] = {
     Error.MEMORY_COMMAND: 0,
     Error.THUMBWHEEL: 0,
 }
-"""An error without bits is reported only by an event."""
+"""The 3601's bits for each error; an error without bits is reported only by an event."""

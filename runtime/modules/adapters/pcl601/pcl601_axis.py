@@ -23,7 +23,7 @@ WIRED_INPUTS = {
 """The device's inputs 3 to 6, with the 3601's inputs that are wired to them."""
 
 LIMIT_INPUTS = {1 << 0: InputBit.CW_LIMIT.value, 1 << 4: InputBit.CCW_LIMIT.value}
-"""The device's inputs 1 and 5, which option limit_sense wires to the end limits."""
+"""The device's inputs 1 and 5; option limit_sense wires the end limits to them."""
 
 LIMITS = {
     0: 0,

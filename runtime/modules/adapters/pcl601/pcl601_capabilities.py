@@ -148,7 +148,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
 
 
 class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
-    """The rows above."""
+    """Capabilities of a PCL601, defined by the rows above."""
 
     configuration_rows = CONFIGURATION_ROWS
     command_rows = COMMAND_ROWS
@@ -160,7 +160,7 @@ class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
 
     @override
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return the axis's search; home type 0 uses soft limit and home switch, type 1 the switch alone."""
+        """Return how the axis homes; `CONFIGURATION_ROWS` refuses the kinds with a marker."""
         if kind is HomingKind.HOME_SWITCH_PROXIMITY:
-            return AxisHoming.MEETS_SWITCH_SLOWLY
-        return AxisHoming.LEAVES_SWITCH
+            return AxisHoming.MEETS_SWITCH_SLOWLY  # home type 0: soft limit, then home switch
+        return AxisHoming.LEAVES_SWITCH  # home type 1: home switch only

@@ -64,7 +64,7 @@ class SimulatedPcl601(Plant):
     """A PCL601, its line and its machine.
 
     Args:
-        machine: the machine, whose shaft follows every step.
+        machine: the machine; its shaft follows every step.
         device: the simulated device; by default a new one.
 
     Raises:
@@ -106,7 +106,7 @@ class SimulatedPcl601(Plant):
     def _forbidden_wires(self, configuration: Configuration) -> Iterable[Wire]:
         """Yield wires to pins that would act when grounded although the 3601's input must not.
 
-        Without its wire, input 2 is wired to output 7 alone, and a normally closed limit to its input alone.
+        Without its wire, input 2 is wired only to output 7, and a normally closed limit only to its input.
         """
         used_low = configuration.inputs_used & ~configuration.active_high
         if not external_sets_mark(configuration, self._options):
@@ -149,7 +149,7 @@ class SimulatedPcl601(Plant):
         return jumpers
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
-        """Return the contacts of a terminal, which are its switches, or the level at which it is held."""
+        """Return the contacts of a terminal: its switches, or a contact for the level at which it is held."""
         if self.feeds(bit):
             return self._switch_contacts[bit]
         return (GROUND if self.levels & bit.value else OPEN,)

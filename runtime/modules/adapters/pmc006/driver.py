@@ -1,4 +1,4 @@
-"""The driver of a PMC006x3s, which makes one exchange at a time.
+"""The driver of a PMC006x3s; it makes one exchange at a time.
 
     configure   motor on, speed mode off, stop, speeds, external stops, position := BIAS
     idle        status, position, levels, repeated; every tenth time, the second status

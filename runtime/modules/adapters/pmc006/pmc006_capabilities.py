@@ -39,7 +39,7 @@ FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
 SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
 """The two inputs of the 3601 that are wired to EXT1."""
 POLL_S = Fraction(1, 20)
-"""Duration of a poll, in s, which is the longest delay before a ramp-down begins."""
+"""Duration of a poll in s, and the longest delay before a ramp-down begins."""
 
 RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s; program {RATE_MIN} or more"
 
@@ -148,7 +148,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
 
 
 class Pmc006Capabilities(RowCapabilities[Pmc006Options]):
-    """The rows above."""
+    """Capabilities of a PMC006x3s, defined by the rows above."""
 
     configuration_rows = CONFIGURATION_ROWS
     command_rows = COMMAND_ROWS

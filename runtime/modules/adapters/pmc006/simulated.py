@@ -25,7 +25,7 @@ UNIT = 1
 
 
 class SimulatedPmc006(Plant):
-    """A PMC006x3s, its line and its machine, whose shaft follows every step.
+    """A PMC006x3s, its line and its machine; the shaft follows every step.
 
     Args:
         device: the simulated device; by default a new one.

@@ -41,10 +41,10 @@ def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
 
 
 def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
-    """Convert a profile; its speed is 65 to 256,000 steps/s."""
+    """Convert a profile, whose speed must be 65 to 256,000 steps/s, to the device's speeds."""
     base = profile.base_sps
     if not profile.has_ramps:
-        return Pmc006Speeds(base, base, base, 1, 1)
+        return Pmc006Speeds(base, base, base, 1, 1)  # no ramps, so the coefficients have no effect
     up_coefficient = coefficient_for(profile.acceleration_spmss, nearest=nearest)
     down_coefficient = coefficient_for(profile.deceleration_spmss, nearest=nearest)
     return Pmc006Speeds(base, profile.speed_sps, base, up_coefficient, down_coefficient)

@@ -22,7 +22,7 @@ HOME_BEFORE_PROXIMITY = Refusal(
     NO_HOME,
     "the home switch was reached before the home proximity, and has stopped the axis without a ramp",
 )
-"""A 3601 ignores the home switch before the proximity [chapter 4, Find Home]."""
+"""The home switch came before the proximity, where a 3601 ignores it [chapter 4, Find Home]."""
 
 STOPPED_ELSEWHERE = Refusal(
     "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, but not at the home switch"

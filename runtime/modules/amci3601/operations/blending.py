@@ -63,7 +63,7 @@ class BlendBlock:
     # -- the first block ----------------------------------------------------------------------
 
     def _read_header(self) -> None:
-        """Read the number of segments, their shapes and the final ramp; refuse what breaks a rule."""
+        """Read the number of segments, their shapes and the final ramp; refuse values that break a rule."""
         words, session, options = self.command.words, self.session, self.host.options
         session.announced = words[2]
         if not SEGMENTS_MIN <= session.announced <= SEGMENTS_MAX:
@@ -79,7 +79,7 @@ class BlendBlock:
         self._read_final_deceleration(words[5] & 0xFFFF)
 
     def _read_final_deceleration(self, word: int) -> None:
-        """Read the shape (bits 14 and 15) and the rate of the final ramp; refuse what breaks a rule."""
+        """Read the shape (bits 14 and 15) and the rate of the final ramp; refuse values that break a rule."""
         code, deceleration = word >> 14, word & 0x3FFF
         if deceleration == 0:
             self._refuse("PRF-07")
@@ -132,7 +132,7 @@ class BlendBlock:
 
 
 class BlendRun(Operation):
-    """A run of the stored blend profile in one direction, which ends with MOVE_COMPLETE."""
+    """A run of the stored blend profile in one direction; it ends with MOVE_COMPLETE."""
 
     name: ClassVar[str] = "blend"
     status_lsw: ClassVar[int] = StatusLsw.BLEND_RUNNING.value
@@ -178,7 +178,7 @@ def obey_programming(
     """Obey the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
 
     Args:
-        reads_blocks: whether words 2 to 7 can be a block, which they can't in follower mode (A-112).
+        reads_blocks: whether words 2 to 7 can be a block; in follower mode they can't (A-112).
     """
     session = host.state.blending
     if not command.lsw & PROGRAM:

@@ -19,7 +19,7 @@ from ..operation import Host, Limits, Operation
 
 
 class CutShort(Operation):
-    """A motion that has been cut, which lasts until the axis is known to be at rest.
+    """A motion that has been cut; it lasts until the axis is known to be at rest.
 
     Args:
         cut: the motion; its name and start are kept.

@@ -106,7 +106,7 @@ class EncoderFollower(Operation):
 
     @override
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return when the follower next reads counts, which is now, or at rest when the encoder next turns.
+        """Return when the follower next reads counts: now, or at rest, when the encoder next turns.
 
         None while no direction is selected.
         """
@@ -132,7 +132,7 @@ class EncoderFollower(Operation):
             self._owed -= steps * self._parts_per_step
 
     def _divide_by(self, divisor: int) -> None:
-        """Convert the owed steps exactly to parts of a new divisor."""
+        """Convert the owed steps exactly to fractions with a new divisor."""
         if divisor != self._divisor:
             owed = Fraction(self._owed, self._parts_per_step)
             self._divisor, self._parts_per_step = divisor, lcm(owed.denominator, divisor)

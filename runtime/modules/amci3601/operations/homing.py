@@ -1,4 +1,4 @@
-"""Find Home, with one sequence for its four kinds [chapter 3, item 10; chapter 4, Find Home].
+"""Find Home: one sequence for all four kinds [chapter 3, item 10; chapter 4, Find Home].
 
 The text of the manual lacks its diagrams, so the sequence below is an interpretation (A-72 to A-77).
 "dir" is the commanded direction, Vs the programmed speed, Vo the starting speed. "signal" is the
@@ -67,7 +67,7 @@ TURNING = frozenset({HomingPhase.STOP_BEFORE_BACK, HomingPhase.STOP_BEFORE_CREEP
 
 
 class Homing(Operation):
-    """A search for home, which ends with AT_HOME and with position, encoder and captured value at 0."""
+    """A search for home; it ends with AT_HOME, and with position, encoder and captured value at 0."""
 
     name: ClassVar[str] = "home"
     limits: ClassVar[Limits] = Limits.OWN

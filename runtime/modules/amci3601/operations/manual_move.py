@@ -1,4 +1,4 @@
-"""Manual moves, which run as long as the bit is set [chapter 4, Manual Move]."""
+"""Manual moves; they run as long as the bit is set [chapter 4, Manual Move]."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class ManualMove(Operation):
 
 
 class OneShot(Operation):
-    """A manual move at speed 0, which makes one pulse. The direction is shown until the bit is released."""
+    """A manual move at speed 0, which outputs one pulse. The direction is shown until the bit is released."""
 
     name: ClassVar[str] = "one-shot manual"
     limits: ClassVar[Limits] = Limits.OWN
@@ -152,7 +152,7 @@ class OneShot(Operation):
 
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return one instant after the pulse, whose step may have operated a switch; then None."""
+        """Return one instant after the pulse, because its step may have operated a switch; then None."""
         return now_ns + 1 if now_ns == self.started_ns else None
 
     @override

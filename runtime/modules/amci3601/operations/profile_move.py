@@ -1,4 +1,4 @@
-"""Absolute and relative moves, which cover a fixed distance and allow Hold and Resume [chapter 4]."""
+"""Absolute and relative moves: they cover a fixed distance and allow Hold and Resume [chapter 4]."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Check the bit and the registration input by their level."""
+        """Check the levels of the bit and the registration input."""
         released = command.configures or not command.msw & MANUAL_BIT[self.direction]
         if released or self.state.external_active:
             self._register(now_ns)
@@ -105,7 +105,7 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_external(self, now_ns: int) -> None:
-        """Do nothing, because `on_tick` checks the external input, which is the registration input."""
+        """Do nothing, because `on_tick` checks the external input as the registration input."""
 
     @override
     def on_release(self, now_ns: int) -> None:

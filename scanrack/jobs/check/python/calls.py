@@ -25,7 +25,7 @@ from .nodes import field_of, missing, nodes_in, unpacks
 from .reader import NEUTRAL, Reader, UnknownError, variants
 
 _VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
-"""Expressions that are evaluated at once, where a wait needs a function."""
+"""Expressions that are evaluated immediately, although a wait needs a function."""
 
 SEARCH = "home"
 """The method of an axis that starts a home search."""
@@ -52,7 +52,7 @@ class Calls:
                 yield self._reader.place(call), axis
 
     def refused(self) -> Iterator[Violation]:
-        """Yield the commands whose constants are refused."""
+        """Yield the commands with refused constants."""
         for axis, call in self._commands:
             text = self._refusal(axis, call)
             if text:
@@ -129,7 +129,7 @@ class Calls:
         return arguments
 
     def _condition_problem(self, call: ast.Call) -> str:
-        """Return a message if a wait has a value where it needs a function; "" if not, or if unknown."""
+        """Return a message if a wait receives a value instead of a function; "" if not, or if unknown."""
         if not call.args:
             return ""
         argument = call.args[0]
@@ -169,7 +169,7 @@ def _method(call: ast.Call) -> str:
 
 
 def _bound(function: Signature, call: ast.Call) -> dict[str, ast.expr]:
-    """Return the arguments of a call by parameter name; TypeError if they do not fit."""
+    """Return the arguments of a call by parameter name; raise TypeError if they do not fit."""
     keywords = {str(keyword.arg): keyword.value for keyword in call.keywords}
     return dict(function.bind(*call.args, **keywords).arguments)
 

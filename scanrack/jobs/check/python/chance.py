@@ -21,10 +21,10 @@ CHANCE = frozenset(
         "multiprocessing",
     }
 )
-"""Modules whose results differ from run to run, or that wait on the wall clock."""
+"""Modules with results that differ from run to run, or with waits on the wall clock."""
 
 CHANCE_OF = frozenset({("os", "urandom"), ("os", "getpid"), ("os", "times"), ("numpy", "random")})
-"""Functions of other modules whose results differ from run to run."""
+"""Functions of other modules with results that differ from run to run."""
 
 
 def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:

@@ -21,7 +21,7 @@ RELATIONS: dict[type[ast.cmpop], str] = {
 }
 
 TEXTS = -(10**9)
-"""The number of the first text. Other texts get lower numbers, which no program uses as steps."""
+"""Number assigned to the first text. Later texts get lower numbers, which no program uses as steps."""
 
 
 class ConditionNames:
@@ -45,7 +45,7 @@ class ConditionNames:
         return f"{ast.unparse(node)}#{self.turn}"
 
     def number(self, value: object) -> float | None:
-        """Return a number for a constant, the same number for equal constants; None for None."""
+        """Return a number for a constant (equal constants share a number), or None for None."""
         if isinstance(value, int | float):
             return value
         return None if value is None else self._texts.setdefault(value, TEXTS - len(self._texts))
@@ -59,7 +59,7 @@ def is_plain(node: ast.expr) -> bool:
 
 
 def condition(node: ast.expr, names: ConditionNames) -> Condition:
-    """Return an expression as a condition: a name is a bit, and what can't be read is unknown."""
+    """Return an expression as a condition; a name becomes a bit, and unreadable parts are unknown."""
     match node:
         case ast.Constant(value):
             return FixedTruth(bool(value))

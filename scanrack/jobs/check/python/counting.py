@@ -40,7 +40,7 @@ def note_counting(reader: Reader, recorded: Collection[str] = ()) -> None:
     """Note counters that never count, and subscripts without a bound.
 
     Args:
-        recorded: fields that people read and may write.
+        recorded: fields that people read and can write.
     """
     if not {"setattr", "vars", "globals"}.isdisjoint(names_in(reader.tree)):
         return
@@ -54,7 +54,7 @@ def note_counting(reader: Reader, recorded: Collection[str] = ()) -> None:
 
 
 def never_called(reader: Reader, blocks: Collection[str]) -> None:
-    """Note blocks whose result is read but that nothing calls.
+    """Note blocks that are never called but whose result is read.
 
     Args:
         blocks: names of fields that are timers, edges and counters.
@@ -69,7 +69,7 @@ def never_called(reader: Reader, blocks: Collection[str]) -> None:
 
 
 def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
-    """Whether a use of a block only tests it or reads its result, and neither calls it nor passes it on."""
+    """Whether a use of a block only tests it or reads its result, without calling it or passing it on."""
     return isinstance(parent, _TESTS) or (isinstance(parent, ast.Assign) and parent.value is node)
 
 
@@ -87,7 +87,7 @@ def _never_counted(reader: Reader, recorded: Collection[str]) -> None:
 
 
 def _zero_fields(tree: ast.Module) -> set[str]:
-    """Return the fields that classes and assignments never set to anything but 0."""
+    """Return the fields that classes and assignments set only to 0."""
     zero: dict[str, bool] = dict(_declared(tree))
     values = {
         id(target): _is_zero(node.value) for node in nodes_in(tree, ast.Assign) for target in node.targets
@@ -98,7 +98,7 @@ def _zero_fields(tree: ast.Module) -> set[str]:
 
 
 def _never_set(reader: Reader) -> None:
-    """Note a bit of a global object that its class declares as False and that nothing assigns."""
+    """Note each bit of a global object that its class declares as False and that nothing assigns."""
     classes = {
         name: type(value)
         for name, value in reader.names.items()
@@ -191,7 +191,7 @@ class _Tables:
         return [node for node in subscripts if self._is_table(node.value)]
 
     def _is_table(self, node: ast.expr) -> bool:
-        """Return whether a name or attribute always stands for a list or a tuple."""
+        """Return whether a name or attribute is always a list or a tuple."""
         if isinstance(node, ast.Name):
             is_row = isinstance(self._reader.names.get(node.id), list | tuple)
             return is_row and node.id not in self._reader.local
@@ -200,6 +200,6 @@ class _Tables:
 
 
 def _is_row(node: ast.expr | None) -> bool:
-    """Whether an expression is a list, a tuple, or a multiple of one."""
+    """Whether an expression is a list, a tuple, or a list or tuple times a number."""
     first = node.left if isinstance(node, ast.BinOp) else node
     return isinstance(first, ast.List | ast.Tuple)

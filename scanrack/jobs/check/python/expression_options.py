@@ -64,7 +64,7 @@ PURE: Mapping[object, Callable[..., Any]] = {
         for function in (range, enumerate, zip, tuple, list)
     },
 }
-"""Functions whose result depends only on their arguments."""
+"""Functions with a result that depends only on their arguments."""
 
 CHANGING = ("append", "pop", "extend", "insert", "update", "clear", "remove", "sort")
 """Methods that change a table."""
@@ -104,7 +104,7 @@ class Options:
         }
 
     def evaluate(self, node: ast.expr, names: Names, depth: int = DEPTH) -> Choices:
-        """Return the options of an expression; UnknownError if the text does not determine them."""
+        """Return the options of an expression; raise UnknownError if the text does not determine them."""
         if depth == 0:
             raise UnknownError
         match node:
@@ -128,7 +128,7 @@ class Options:
     # --- names and tables
 
     def _name(self, name: str, names: Names, depth: int) -> Choices:
-        """Return the options of a local name, or the value of a global name that nothing changes."""
+        """Return the options of a local name, or the value of an unchanging global name."""
         if name in names:
             choices = names[name]
             if choices is None:
@@ -171,7 +171,7 @@ class Options:
         return Choices(tuple(value for _, value in pairs), ast.unparse(node), names)
 
     def _attribute(self, node: ast.Attribute, names: Names, depth: int) -> Choices:
-        """Return what the text assigns to an attribute, or its value in the program, a class or object."""
+        """Return the values assigned to an attribute in the text, or its value in the program or a class."""
         text = ast.unparse(node)
         if text in self._stored:
             return self._assigned(text, depth)
@@ -185,7 +185,7 @@ class Options:
         return Choices((_unchanging(getattr(owner, node.attr)),))
 
     def _assigned(self, text: str, depth: int) -> Choices:
-        """Return the options that a text assigns to an attribute, as far as they are known."""
+        """Return the known options that a text assigns to an attribute."""
         options: list[Any] = []
         names: list[str] = []
         for value in self._stored[text]:
@@ -202,7 +202,7 @@ class Options:
     # --- calls
 
     def _call(self, call: ast.Call, names: Names, depth: int) -> Choices:
-        """Return the results of a call of a helper, a pure function or `to_image`, for each option."""
+        """Return the result of calling a helper, a pure function or `to_image`, for each option."""
         if unpacks(call):
             raise UnknownError
         nodes = [*call.args, *(keyword.value for keyword in call.keywords)]
@@ -220,7 +220,7 @@ class Options:
         return _apply(call_with, arguments)
 
     def _function(self, name: str, depth: int) -> Callable[..., Any]:
-        """Return the function of a name; UnknownError if its result may depend on more than its arguments."""
+        """Return the function of a name; raise UnknownError if its result may depend on other values."""
         helper = self._functions.get(name)
         if isinstance(helper, ast.FunctionDef):
             return lambda *arguments, **keywords: self._run(helper, arguments, keywords, depth - 1)
@@ -253,7 +253,7 @@ class Options:
     def _run_body(
         self, body: Sequence[ast.stmt], local: dict[str, ast.expr | Choices | None], depth: int
     ) -> None:
-        """Interpret statements; raise _ReturnedError at `return`, UnknownError at any other kind."""
+        """Interpret statements; raise _ReturnedError at `return`, UnknownError at an unsupported one."""
         for node in body:
             match node:
                 case ast.Return(value=ast.expr() as value):
@@ -269,7 +269,7 @@ class Options:
                     raise UnknownError
 
     def _only_value(self, node: ast.expr, local: Names, depth: int) -> Any:
-        """Return the value of an expression; UnknownError if it has several options."""
+        """Return the value of an expression; raise UnknownError if it has several options."""
         choices = self.evaluate(node, local, depth)
         if len(choices.options) > 1:
             raise UnknownError
@@ -277,7 +277,7 @@ class Options:
 
     @staticmethod
     def _bind(target: ast.expr, value: Any, local: dict[str, ast.expr | Choices | None]) -> None:
-        """Give a name its value, or each name of a tuple its part."""
+        """Bind a name to its value, or each name of a tuple to its part."""
         targets = target.elts if isinstance(target, ast.Tuple) else [target]
         values = value if isinstance(target, ast.Tuple) else [value]
         for element, part in zip(targets, values, strict=True):
@@ -290,7 +290,7 @@ _BUILT_IN: Mapping[str, object] = {str(getattr(function, "__name__", "")): funct
 
 
 def _apply(function: Callable[..., Any], arguments: Sequence[Choices]) -> Choices:
-    """Return the results of a function for each option; UnknownError if sources differ or a call fails."""
+    """Return a function's result for each option; raise UnknownError if sources differ or a call fails."""
     choices = combined(arguments, function)
     if not choices.options:
         raise UnknownError
@@ -298,7 +298,7 @@ def _apply(function: Callable[..., Any], arguments: Sequence[Choices]) -> Choice
 
 
 def _unchanging(value: Any) -> Any:
-    """Return a value from the module if nothing can change it; otherwise raise UnknownError."""
+    """Return a value from the module if it is immutable; otherwise raise UnknownError."""
     is_row = isinstance(value, tuple | list) and all(map(_is_unchanging, value))
     is_table = isinstance(value, dict) and all(map(_is_unchanging, value.values()))
     if is_row or is_table or _is_unchanging(value):
@@ -307,7 +307,7 @@ def _unchanging(value: Any) -> Any:
 
 
 def _is_unchanging(value: Any) -> bool:
-    """Whether nothing can change a value: a plain value, a class, or a frozen object."""
+    """Whether a value is immutable: a plain value, a class, or a frozen object."""
     if isinstance(value, tuple):
         return all(map(_is_unchanging, value))
     if isinstance(value, (*PLAIN, type)) or type(value).__module__.startswith("scanrack.io_images"):

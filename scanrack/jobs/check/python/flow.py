@@ -54,7 +54,7 @@ class Flow:
     def _statement(self, node: ast.stmt, reached: Condition) -> None:
         """Note the mistakes in a statement and its bodies.
 
-        Values get new names where they may have changed.
+        Values receive new names where they may have changed.
         """
         match node:
             case ast.If(test, body, orelse):
@@ -117,7 +117,7 @@ class Flow:
     # --- numbers
 
     def _note_division(self, node: ast.BinOp) -> None:
-        """Note a division by 0, or a division whose result is always 0."""
+        """Note a division by 0, or a division that always results in 0."""
         if not isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod):
             return
         divisor = self._reader.number(node.right)
@@ -140,7 +140,7 @@ class Flow:
 
 
 def _both(reached: Condition, condition: Condition) -> Condition:
-    """Return the condition that both are true; an unknown second condition is omitted."""
+    """Return the condition that both are true; omit an unknown second condition."""
     if reached == TRUE:
         return condition
     return reached if condition in (TRUE, UNKNOWN) else all_of(reached, condition)
@@ -151,7 +151,7 @@ def _leaves(body: Sequence[ast.stmt]) -> bool:
 
 
 def _never_ends(node: ast.stmt) -> bool:
-    """Whether the code after a statement is never reached."""
+    """Whether the code after a statement is unreachable."""
     if isinstance(node, _LEAVES):
         return True
     if isinstance(node, ast.While) and isinstance(node.test, ast.Constant) and node.test.value:

@@ -65,7 +65,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
 
 
 def _note_commands(reader: Reader) -> None:
-    """Note the commands that a text constructs, and commands whose arguments the module refuses."""
+    """Note the commands that a text constructs, and commands with arguments that the module refuses."""
     facts = reader.facts
     moves: list[tuple[FileLine, str, int]] = []  # the line, class and speed of each
     starting_speeds: list[int] = []

@@ -115,7 +115,7 @@ class Images:
                         self._arguments.setdefault((name, parameter), set()).add(kind)
 
     def locals_of(self, function: Function) -> dict[str, Kind]:
-        """Return the kinds of the local names of a function, as far as each name has a single kind."""
+        """Return the kind of each local name in a function, if the name has only one kind."""
         local: dict[str, Kind] = {
             name: next(iter(kinds))
             for (owner, name), kinds in self._arguments.items()

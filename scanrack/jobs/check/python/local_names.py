@@ -109,7 +109,7 @@ class _InputNames(ast.NodeTransformer):
         self._options = options
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        """Replace the reading of an input bit; keep any other call, and a bit whose position is unknown."""
+        """Replace a read of an input bit; keep any other call, and a bit at an unknown position."""
         image = node.func.value if isinstance(node.func, ast.Attribute) and node.func.attr == "bit" else None
         if not isinstance(image, ast.Attribute) or image.attr != "inputs":
             return node

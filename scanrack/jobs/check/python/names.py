@@ -113,7 +113,7 @@ class Accesses:
             self._body(body, inner)
 
     def _simple(self, node: ast.stmt, place: _Place) -> None:
-        """Note the accesses of a statement without bodies. Values get new names afterwards."""
+        """Note the accesses of a statement without bodies. Values receive new names afterwards."""
         self._reads(node)
         if isinstance(node, ast.AugAssign):
             self._write(node.target, Touch.BOTH, replace(place, top=False))
@@ -148,7 +148,7 @@ class Accesses:
             self._switched(name, line, place.reached, value)
 
     def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
-        """Note the condition under which an output is switched on."""
+        """Note the condition that switches an output on."""
         is_off = isinstance(value, ast.Constant) and not value.value
         if value is None or is_off or self._facts.variables[name].role is not Role.OUTPUT:
             return
@@ -156,7 +156,7 @@ class Accesses:
         self._facts.outputs.append(OutputWrite(place, name, name, free))
 
     def _with_plain_names(self, power: Condition) -> Condition:
-        """Return a condition in which inputs have the prefix `INPUT`, and no name has its turn suffix."""
+        """Return a condition with the prefix `INPUT` on inputs, and without turn suffixes."""
 
         def renamed(leaf: Condition) -> Condition:
             """Return a bit under its plain name; any other leaf unchanged."""
@@ -216,7 +216,7 @@ def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arm
 def _with_helpers(
     calls: Iterable[tuple[ast.Call, Arms]], methods: Mapping[str, Function], depth: int
 ) -> Iterator[tuple[ast.Call, Arms]]:
-    """Yield calls; after the call of a helper, also the calls inside it."""
+    """Yield calls, with each helper call followed by the calls inside it."""
     for call, arms in calls:
         yield call, arms
         helper = methods.get(field_of(call.func))

@@ -61,7 +61,7 @@ class Numbers:
         return elements if isinstance(elements, tuple | list) else None
 
     def _evaluated(self, node: ast.expr) -> object:
-        """Return the value of an expression whose calls only construct sequences; None for any other."""
+        """Return the value of an expression with no calls but sequence constructors; None for any other."""
         names = (ast.unparse(call.func) for call in nodes_in(node, ast.Call))
         callees = [self._reader.names.get(name, name) for name in names]
         if not all(kind is BlendSegment or kind in ("range", "tuple", "list") for kind in callees):
@@ -151,7 +151,7 @@ class Numbers:
 
 
 def _exact_ranges(values: Sequence[object]) -> tuple[Range, ...]:
-    """Return a range for each value; UnknownError if a value is not a number, or if there are none."""
+    """Return a range for each value; raise UnknownError if a value is not a number, or without values."""
     numbers = [value for value in values if isinstance(value, int | float)]
     if not numbers or len(numbers) < len(values):
         raise UnknownError

@@ -84,11 +84,11 @@ class Reader:
         return FileLine(self.file, node.lineno)
 
     def remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
-        """Add a mistake that a single line shows."""
+        """Add a mistake that is visible in a single line."""
         self.facts.remark(rule, self.place(node), text)
 
     def remark_unless_in(self, names: Collection[str], node: ast.Attribute) -> None:
-        """Note an attribute that is not among the names of its owner."""
+        """Note an attribute that its owner does not have."""
         if node.attr not in names:
             self.remark("unknown-attribute", node, missing(ast.unparse(node), node.attr, names))
 
@@ -129,7 +129,7 @@ class Reader:
         return values
 
     def possible(self, node: ast.expr) -> Sequence[object]:
-        """Return the possible values of an expression: one, or the elements of the sequence it is taken from.
+        """Return the possible values of an expression: one value, or the elements of its source sequence.
 
         Raises:
             UnknownError: the text does not determine them.
@@ -143,7 +143,7 @@ class Reader:
         return (self.value(node),)
 
     def _elements(self, node: ast.expr) -> Sequence[object]:
-        """Return the elements of a sequence; UnknownError if the text does not determine them."""
+        """Return the elements of a sequence; raise UnknownError if the text does not determine them."""
         if isinstance(node, ast.Tuple | ast.List):
             return [
                 self._elements(elt) if isinstance(elt, ast.Tuple | ast.List) else self.value(elt)
@@ -217,7 +217,7 @@ def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | No
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
-    """Yield sets of arguments: all first values; then each other value with the first values of the rest.
+    """Yield sets of arguments: first all first values, then each other value with the others at their first.
 
     >>> list(variants({"a": (1, 2), "b": (3,)}))
     [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]

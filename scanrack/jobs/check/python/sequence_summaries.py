@@ -24,7 +24,7 @@ ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend
 """Commands that end by themselves; the next command must wait for the end."""
 
 TAKING = (*ENDING, "run", "gear", "register")
-"""Commands that take over an axis from another command."""
+"""Commands that can take over an axis from another command."""
 
 RELEASING = ("halt", "stop", "reset")
 """Commands that end another command."""
@@ -122,7 +122,7 @@ class SequenceSummaries:
     def _statement(self, node: ast.stmt, place: _Position) -> None:
         """Note the commands and locks of a statement.
 
-        Commands in a body that may not run are not sure to run.
+        Commands in a body that may be skipped count as uncertain.
         """
         unsure = replace(place, sure=False)
         match node:
@@ -187,7 +187,7 @@ class SequenceSummaries:
                     place.axes = {**place.axes, name: axis}
 
     def escaped(self) -> set[str]:
-        """Return the axes that the text passes to code that is not followed."""
+        """Return the axes that the text passes to code outside the analysis."""
         attributes = set()
         for _, function in self._methods.values():
             parents = parents_in(function)
@@ -198,7 +198,7 @@ class SequenceSummaries:
         return attributes
 
     def _with(self, statement: ast.With | ast.AsyncWith, place: _Position) -> _Position:
-        """Note the locks that a statement takes; return the state in its body."""
+        """Note the locks that a statement acquires; return the state in its body."""
         for item in statement.items:
             self._expression(item.context_expr, place)
             name = field_of(item.context_expr)
@@ -208,7 +208,7 @@ class SequenceSummaries:
         return place
 
     def _take(self, name: str, held_locks: Sequence[str], line: FileLine) -> None:
-        """Note that a sequence takes a lock; report an order of locks that can block sequences forever."""
+        """Note that a sequence acquires a lock; report an order of locks that can deadlock sequences."""
         if name in held_locks:
             text = f"{self._owner} takes {name}, which it holds already: it waits for itself"
             self._facts.remark("lock-order", line, text)
@@ -223,7 +223,7 @@ class SequenceSummaries:
             self._taken.setdefault(held, {}).setdefault(name, line)
 
     def _chain(self, first: str, last: str) -> FileLine | None:
-        """Return the first line of a chain of lock orders from one lock to another; None if none."""
+        """Return the first line of a chain of lock orders from one lock to another; None without one."""
         visited, todo = {first}, list(self._taken.get(first, {}).items())
         while todo:
             name, first_line = todo.pop(0)
@@ -327,7 +327,7 @@ class SequenceSummaries:
         )
 
     def _values(self, axis: str, kind: str, call: ast.Call, place: _Position) -> dict[str, tuple[Range, ...]]:
-        """Return the ranges of a command's arguments, as far as they are known."""
+        """Return the known ranges of a command's arguments."""
         bound = self._bound(axis, kind, call)
         segments = bound.pop("segments", None)
         numbers = self._numbers[place.file]

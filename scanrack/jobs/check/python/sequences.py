@@ -125,7 +125,7 @@ class _SequenceReader:
                 self._note_uncalled(reader, function)
 
     def _calls(self, reader: Reader) -> None:
-        """Note calls of axes and waits that fail, that are refused, or whose time is too short."""
+        """Note axis calls and waits that fail, that are refused, or that have too short a time."""
         calls = Calls(reader, self._axes, type(self._logic).__mro__)
         self._facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
         self._facts.remarks["out-of-range"] += calls.refused()

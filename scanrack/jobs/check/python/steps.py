@@ -1,4 +1,4 @@
-"""The steps of a function of the scan. A text, a number or an enumeration holds the step.
+"""The steps of a function of the scan. The step is a text, a number or a member of an enumeration.
 
 if self.mode == "feed" and status.MOVE_COMPLETE:
 axis.outputs.load(Idle().to_image())        step feed clears the command
@@ -25,7 +25,7 @@ from .scans import KINDS as CLASSES
 from .walk import Walk, WalkPlace
 
 END_SIGNS = re.compile(r"now_ns|number|position|" + "|".join(status.name or "" for status in StatusMsw))
-"""Finds signs in the text of a value that a motion has ended or that time has passed."""
+"""Finds, in the text of a value, signs that a motion has ended or that time has passed."""
 
 START = "__init__"
 
@@ -75,14 +75,14 @@ class PythonSteps:
         return StepAction(machine, steps, place, goes=goes, ends=ends, moves=moves, when=reached)
 
     def _possible_steps(self, reached: Condition, machine: str) -> frozenset[Step] | None:
-        """Return the steps in which a condition can be true; None for all."""
+        """Return the steps where a condition can be true; None for all."""
         number = self._walk.names.number
         numbers = {float(number(step) or 0): step for step in sorted(self._machines[machine], key=str)}
         possible_steps = steps_in(reached, machine, frozenset(numbers))
         return None if possible_steps is None else frozenset(numbers[step] for step in possible_steps)
 
     def in_steps(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
-        """Return, by machine, the steps in which a condition can be true, and whether it always is.
+        """Return the steps in which a condition can be true, and whether it always is there, by machine.
 
         The steps are None if the condition can be true in all of them.
         """

@@ -1,4 +1,4 @@
-"""Times in a Python program that were meant in a different unit.
+"""Times in a Python program that are probably in the wrong unit.
 
 if scan.now_ns - line.since > 500:     500 ns: true in the next scan
 await dwell("500 us")                  shorter than a scan

@@ -1,4 +1,4 @@
-"""The statements of a Python program in order of execution, each with the condition under which it acts.
+"""The statements of a Python program in order of execution, each with its condition.
 
 if self.step == "feed" and ready:          `ready` has the value last assigned to it
     self.step = "cut"
@@ -31,7 +31,7 @@ class WalkPlace:
         when: the condition as written.
         reached: the condition without the parts that are always true.
         free: the condition in terms of inputs and fields.
-        depth: number of further nested calls that are followed.
+        depth: number of additional nested calls to follow.
     """
 
     entry: str
@@ -41,12 +41,12 @@ class WalkPlace:
     depth: int = 4
 
     def inside(self, tested: Condition, free: Condition) -> WalkPlace:
-        """Return the place at which a condition is true."""
+        """Return the place where a condition is true."""
         when, reached = AllOf((self.when, tested)), all_of(self.reached, tested)
         return replace(self, when=when, reached=reached, free=AllOf((self.free, free)))
 
     def outside(self, tested: Condition, free: Condition) -> WalkPlace:
-        """Return the place at which a condition is false."""
+        """Return the place where a condition is false."""
         return self.inside(negated(tested), negated(free))
 
 
@@ -133,7 +133,7 @@ class Walk:
         self.local.join(names_after_body, node.test)
 
     def _case(self, subject: ast.expr, case: ast.match_case) -> Condition:
-        """Return the condition under which a case is chosen."""
+        """Return the condition that selects a case."""
         patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
         parts: list[Condition] = [
             condition(ast.Compare(subject, [ast.Eq()], [pattern.value]), self.names)

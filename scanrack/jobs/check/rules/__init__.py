@@ -20,7 +20,7 @@ class Rule(NamedTuple):
         words: a short description of the mistake.
         remedy: the action that corrects it.
         level: "error": it can't work; "warning": it is probably a mistake; "note": someone may rely on it.
-        checks: functions that find the mistake in the table of facts. Collectors report further findings.
+        checks: functions that find the mistake in the table of facts. Collectors report additional findings.
     """
 
     id: str
@@ -328,6 +328,6 @@ RULES = (
     ),
     Rule("bad-call", "a command or wait that raises an exception", "correct the call", "error"),
 )
-"""The rules, in the order in which they are reported."""
+"""The rules, in reporting order."""
 
 BY_ID = {rule.id: rule for rule in RULES}

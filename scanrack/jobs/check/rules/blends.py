@@ -23,7 +23,7 @@ PROGRAM = "program_blend"
 
 
 def blends(subject: Subject) -> Iterator[Violation]:
-    """Find blend profiles that the module refuses, because of their number of segments or a segment."""
+    """Find blend profiles that the module refuses because of a segment or the number of segments."""
     for command in subject.facts.commands:
         if command.kind != PROGRAM:
             continue
@@ -89,7 +89,7 @@ def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
 
 
 def without_blend(subject: Subject) -> Iterator[Violation]:
-    """Find blends that run although nothing programs them, or before anything programs them."""
+    """Find blends that run without being programmed, or before they are programmed."""
     for commands in subject.by_axis():
         runs = [command for command in commands if command.kind == "run_blend"]
         if runs and not is_open(subject, runs[0]):
@@ -100,7 +100,7 @@ def without_blend(subject: Subject) -> Iterator[Violation]:
 def _not_programmed(
     subject: Subject, runs: Sequence[Command], programs: Sequence[Command]
 ) -> Iterator[Violation]:
-    """Find the blend run of an axis that comes too early, or whose blend is never programmed."""
+    """Find the run of an axis's blend that comes too early, or that has no programmed blend."""
     if not programs:
         yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
         return

@@ -45,7 +45,7 @@ def _is_default(coil: Access, latch: Access) -> bool:
 
 
 def overwritten(subject: Subject) -> Iterator[Violation]:
-    """Find values that every scan overwrites before anything reads them."""
+    """Find values that every scan overwrites before they are read."""
     for variable, accesses in subject.by_variable:
         unread: Access | None = None  # the last write, until something may use its value
         for access in accesses:
@@ -97,7 +97,7 @@ def _exclude(first: Access, second: Access) -> bool:
 
 
 def never_written(subject: Subject) -> Iterator[Violation]:
-    """Find variables that the program reads but nothing writes."""
+    """Find variables that the program reads but that are never written."""
     for variable, accesses in _own_without_value(subject):
         if not any(access.writes for access in accesses):
             text = f"{variable.name} is read, but nothing writes it: it is always {_zero(variable)}"
@@ -105,7 +105,7 @@ def never_written(subject: Subject) -> Iterator[Violation]:
 
 
 def never_set(subject: Subject) -> Iterator[Violation]:
-    """Find bits that the program reads and clears but nothing sets."""
+    """Find bits that the program reads and clears but that are never set."""
     for variable, accesses in _own_without_value(subject):
         writes = [access for access in accesses if access.writes]
         if writes and all(write.use is Touch.UNLATCH and not write.part for write in writes):
@@ -134,7 +134,7 @@ INTERNAL = ("TIMER", "FBD_TIMER")
 
 
 def never_read(subject: Subject) -> Iterator[Violation]:
-    """Find variables that the program writes but nothing reads."""
+    """Find variables that the program writes but that are never read."""
     for variable, accesses in subject.own_variables:
         is_timer = variable.type in INTERNAL
         reading = (Touch.READ,) if is_timer else (Touch.READ, Touch.BOTH)
@@ -146,7 +146,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
 
 
 def parameters_never_read(subject: Subject) -> Iterator[Violation]:
-    """Find tags that SBR receives but nothing reads."""
+    """Find tags that SBR receives but that are never read."""
     for variable, accesses in subject.by_variable:
         if not variable.shown and not any(access.reads for access in accesses):
             for access in accesses:

@@ -136,7 +136,7 @@ def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collecti
 
 
 def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iterator[tuple[Command, Command]]:
-    """Yield the first command that comes too early: before all commands that it needs, in their sequence.
+    """Yield the first command that comes too early, that is, before all needed commands of its sequence.
 
     Yields at most one pair: the early command, and the first needed command.
     """
@@ -165,7 +165,7 @@ def is_open(subject: Subject, command: Command) -> bool:
 
 
 def without_position(subject: Subject) -> Iterator[Violation]:
-    """Find absolute moves of axes that never home and whose position is never set."""
+    """Find absolute moves of axes that never home and never have their position set."""
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, ("move_to",))
         positioning = [command for command in commands if command.kind in ("home", "set_position")]

@@ -12,7 +12,7 @@ from .motion import ENDING, MOTIONS
 
 
 class _Machine:
-    """The steps of a program, as far as they concern one axis.
+    """The steps of a program that concern one axis.
 
     Attributes:
         motions: the motions of the axis that start in known steps.
@@ -95,7 +95,7 @@ def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepA
 
 
 FINAL = re.compile(r"done|end|finish|complete|ready|full|stop|idle|off|run", re.IGNORECASE)
-"""Finds, in the names of steps, words for steps in which a program may stay."""
+"""Finds, in the names of steps, words for steps where a program may stay."""
 
 
 def without_way_out(subject: Subject) -> Iterator[Violation]:

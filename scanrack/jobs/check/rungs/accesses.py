@@ -23,7 +23,7 @@ from .walk import Point
 FIRST_SCAN = "S:FS"
 
 OPEN = (".py", *EXPORT_SUFFIXES)
-"""Suffixes of programs whose tags may be read and written from outside."""
+"""Suffixes of programs with tags that can be read and written from outside."""
 
 BIT_USES = {"OTE": Touch.COIL, "OTL": Touch.LATCH, "OTU": Touch.UNLATCH}
 ASSIGNMENTS = (":=", "[:=]")
@@ -43,7 +43,7 @@ class Variables:
     def _tag(self, tag: Tag) -> Variable:
         """Return the variable of a tag.
 
-        Tags that may be used from outside the program count as shown to people.
+        Tags that may be used from outside the program count as visible to people.
         """
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
         is_open = self._view.path.suffix in OPEN  # Python or an operator panel may use any tag
@@ -101,7 +101,7 @@ def accesses_of(point: Point, view: LadderView, variables: Variables) -> Iterato
 
 
 def gives_zero(step: LoweredStep) -> bool:
-    """Whether an instruction writes nothing but 0."""
+    """Whether an instruction writes only 0."""
     return step.name == "RES" or is_zero(written_value(step))
 
 
@@ -112,7 +112,7 @@ def _start(key: str, mention: Mention) -> str:
 
 
 def in_first_scan(bits: Iterable[Bit]) -> bool:
-    """Whether the first-scan bit is among the bits that are on."""
+    """Whether one of the bits is the first-scan bit and must be on."""
     return any(bit.on and bit.name.startswith(FIRST_SCAN) for bit in bits)
 
 

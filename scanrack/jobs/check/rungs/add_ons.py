@@ -1,4 +1,4 @@
-"""Local tags and outputs of add-on instructions that are read but that none of their routines writes."""
+"""Local tags and outputs of add-on instructions that are read but never written by their routines."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 def note_add_ons(view: LadderView, facts: Facts) -> None:
     """Note local tags and outputs of add-on instructions that are read but never written.
 
-    Note timers and counters whose result is read but that nothing runs.
+    Also note timers and counters whose result is read but that no instruction runs.
     """
     owned = {
         (add_on.name.upper(), tag.name.upper()): tag

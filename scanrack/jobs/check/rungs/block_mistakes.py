@@ -21,11 +21,11 @@ from .view import LadderView
 from .walk import Point
 
 WRITTEN = {"POSITION": "position", "DISTANCE": "distance", **PROFILE}
-"""Parameters of motion blocks that the program may write itself, by their names in `Axis3601`."""
+"""Parameters of motion blocks that the program can write, by their names in `Axis3601`."""
 
 
 def misordered(view: LadderView, facts: Facts) -> None:
-    """Note calls of motion blocks after the block that owns their axis, and axes without an owner."""
+    """Note calls of motion blocks after the block that owns their axis, and axes that no block owns."""
     owned: dict[str, BlockCall] = {}
     for call in view.calls:
         owner = owned.get(call.axis)
@@ -66,7 +66,7 @@ def called_twice(points: Iterable[Point], facts: Facts) -> None:
 
 
 def parameters_out_of_range(view: LadderView, limits: Limits) -> Iterator[Violation]:
-    """Yield numbers out of range that the program itself writes to parameters of motion blocks."""
+    """Yield out-of-range numbers that the program writes to parameters of motion blocks."""
     ranges = allowed("run", limits)
     for point in view.main:
         step = point.step

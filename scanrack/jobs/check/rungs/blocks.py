@@ -152,7 +152,7 @@ def _execute(call: AddOnCall) -> str:
 
 
 def _text(operand: Resolved) -> str:
-    """Return a text that is the same for equal expressions."""
+    """Return the text of an expression; equal expressions have equal texts."""
     if isinstance(operand, Place):
         return key_of(operand)
     if isinstance(operand, Calculation):
@@ -163,7 +163,7 @@ def _text(operand: Resolved) -> str:
 def _segments(
     call: AddOnCall, number: Resolved | None, values: Values
 ) -> tuple[tuple[Range, Range, Range], ...] | None:
-    """Return the length, speed and rate of a blend's segments, as far as they are known.
+    """Return the length, speed and rate of a blend's segments, if known.
 
     Args:
         number: the number of segments; None if the block programs no blend.

@@ -20,7 +20,7 @@ DEPTH = 6
 """Maximum depth of calls that are followed."""
 
 REMEMBERING = (Use.STORAGE, Use.TIMER, Use.COUNTER, Use.SLC_TIMER, Use.SLC_COUNTER, Use.BLOCK)
-"""Uses of operands that keep an instruction's state from scan to scan."""
+"""Uses of operands that store an instruction's state from scan to scan."""
 
 
 class Run(NamedTuple):
@@ -117,7 +117,7 @@ def _is_latch(point: Point) -> bool:
 
 
 def _state_operand(point: Point) -> str:
-    """Return the timer, counter, one-shot or instance that keeps an instruction's state; "" if none does."""
+    """Return the timer, counter, one-shot or instance that stores an instruction's state; "" if none does."""
     for use, operand in uses_of(point.step):
         if use in REMEMBERING and isinstance(operand, Group | Place) and is_fixed(operand):
             return operand.text

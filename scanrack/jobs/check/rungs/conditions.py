@@ -1,4 +1,4 @@
-"""The conditions that instructions and expressions of a ladder program test.
+"""Conditions that instructions and expressions of a ladder program test.
 
 A bit that the program writes is renamed for the rest of the rung, because its value may have changed.
 """
@@ -32,7 +32,7 @@ from .number_ranges import Values, type_range
 from .operands import group_of, key_of, path_of, written_by
 
 EDGE = "ONS "
-"""Prefix in the names of one-shots, whose power does not show the state of their bits."""
+"""Prefix in the names of one-shots; their power does not show the state of their bits."""
 
 
 @dataclass(slots=True)
@@ -44,7 +44,7 @@ class RungConditionNames:
         timers: keys of on-delay timers.
         written: number of the last write, by path.
         all: number of the last change of all names.
-        turns: numbers for further writes and changes.
+        turns: numbers for later writes and changes.
     """
 
     places: dict[str, Place]
@@ -77,7 +77,7 @@ class RungConditionNames:
         self.all = next(self.turns)
 
     def copy(self) -> RungConditionNames:
-        """Return the current names, which later writes do not change."""
+        """Return a copy of the current names, which later writes do not change."""
         return replace(self, written=dict(self.written))
 
 
@@ -111,7 +111,7 @@ class Conditions:
     def decided(self, step: LoweredStep) -> Condition:
         """Return the condition that an instruction tests; UNKNOWN if it is not analyzed.
 
-        An ONS gives every value a new name, so its condition equals no earlier condition.
+        An ONS renames every value, so its condition does not equal any earlier condition.
         """
         operands = step.operands
         if step.name in ("XIC", "XIO") and isinstance(operands[0], Place):
@@ -128,7 +128,7 @@ class Conditions:
         return {"AFI": FALSE, "NOP": TRUE, "LBL": TRUE, "EXIT": TRUE, "CASE": TRUE}.get(step.name, UNKNOWN)
 
     def _limit_test(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
-        """Return the condition of a LIM, which excludes a range if its low limit is above the high limit."""
+        """Return the condition of a LIM; if its low limit is above the high limit, it excludes the range."""
         if isinstance(low, Constant) and isinstance(high, Constant):
             limits = self.compared(test, ">=", low), self.compared(test, "<=", high)
             return AllOf(limits) if low.value <= high.value else AnyOf(limits)

@@ -23,7 +23,7 @@ FAMILIES: Mapping[str, str] = {
     "SQO": "SQ",
     "SQL": "SQ",
 }
-"""Instructions that share a CONTROL with others [1756-RM003, array (file)/shift, sequencer instructions]."""
+"""Instructions that may share a CONTROL [1756-RM003, array (file)/shift, sequencer instructions]."""
 
 LOADS = {"FFU": "FFL", "LFU": "LFL"}
 """The instruction that loads a queue, by the instruction that unloads it."""
@@ -70,7 +70,7 @@ def _controls(points: Sequence[Point], facts: Facts) -> None:
 
 
 def _family(step: LoweredStep) -> str:
-    """Return the group of instructions that may share a CONTROL; an ungrouped instruction has its own."""
+    """Return the group of instructions that may share a CONTROL; any other instruction is its own group."""
     return FAMILIES.get(step.name, f"{step.name} {step.site}")
 
 
@@ -107,7 +107,7 @@ def _never_reset(view: LadderView, facts: Facts) -> None:
 
 
 def _written_otherwise(mentions: Sequence[Mention]) -> Iterator[str]:
-    """Yield the paths that are written by anything other than an RTO or a counter."""
+    """Yield the paths that instructions other than an RTO or a counter write."""
     for mention in mentions:
         if mention.writes and mention.site.instruction.partition("(")[0] not in COUNTING:
             yield path_of(mention.where)

@@ -1,9 +1,9 @@
-"""Counters and timers that nothing runs, and subscripts that count without a bound.
+"""Counters and timers that no instruction runs, and subscripts that count without a bound.
 
 GEQ(Parts.ACC,10)        but no CTU(Parts,...) anywhere
 ADD(Next,1,Next) MOV(Weight,Weights[Next])     but nothing compares or resets Next
 
-A subscript that leaves its array is a major fault, type 4, code 20.
+A subscript out of bounds is a major fault, type 4, code 20.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ RESULTS = frozenset(("ACC", "DN", "TT", "CU", "CD", "OV", "UN", "EN"))
 
 
 def never_run(facts: Facts) -> None:
-    """Note counters and timers whose result is read but that nothing runs."""
+    """Note counters and timers whose result is read but that no instruction runs."""
     for variable, accesses in facts.by_variable():
         if variable.type in RUN and not BY_PEOPLE.search(variable.name):
             note_never_run(variable, accesses, facts)
 
 
 def note_never_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
-    """Note a counter or timer if its result is read but nothing runs it."""
+    """Note a counter or timer if its result is read but no instruction runs it."""
     running_elements = [_member(access.part)[1] for access in accesses if _runs(access)]
     for access in accesses:
         member, element = _member(access.part)
@@ -82,7 +82,7 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 
 
 def unbounded(view: LadderView, facts: Facts) -> None:
-    """Note subscripts that count up or down and that nothing limits."""
+    """Note subscripts that count up or down without a limit."""
     subscripts: dict[str, Subscript] = {}
     for subscript in chain.from_iterable(map(_subscripts, view.points)):
         subscripts.setdefault(key_of(subscript.number), subscript)
@@ -143,7 +143,7 @@ def _limited(point: Point, counted: str) -> Iterator[str]:
 def _note_reached(
     subscript: Subscript, limits: Sequence[Point], resets: Sequence[Point], facts: Facts
 ) -> None:
-    """Note a counting subscript if nothing limits it, or if its limit is beyond its array."""
+    """Note a counting subscript if it has no limit, or if its limit is beyond its array."""
     text = f"{subscript.text}: {subscript.number.text}"
     if not limits and not resets:
         text = f"{text} counts, but nothing keeps it within the array"
@@ -179,7 +179,7 @@ def _subscripts(point: Point) -> Iterator[Subscript]:
 
 
 def _numbers(operand: Place | Group) -> Iterator[tuple[Place, int]]:
-    """Yield the single numbers in subscripts, each with its last legal value; for a sum it is unknown."""
+    """Yield the single numbers in subscripts, each with its last legal value, which is unknown for a sum."""
     sizes = operand.leaf.dims if isinstance(operand, Place) else operand.array
     for index, size in zip(operand.indices, chain(sizes, repeat(sys.maxsize)), strict=False):
         if isinstance(index, Calculation) and index.name in ("+", "-") and _is_single(index.operands[0]):

@@ -1,4 +1,4 @@
-"""Motion blocks of networked drives: configurations that a drive refuses, and commands that it lacks."""
+"""Motion blocks with configurations or commands that a networked drive does not support."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .view import LadderView
 
 
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
-    """Return limits with the largest speed and rate of `limits` and the drive models."""
+    """Return limits with the highest speed and rate among `limits` and the drive models."""
     drive_limits = [model.limits for model in models]
     return Limits(
         max([limits.speed, *(drive.speed for drive in drive_limits)]),

@@ -1,4 +1,4 @@
-"""Loops of a ladder program: endless ones, and the ranges of loop counts."""
+"""Endless loops of a ladder program, and the ranges of loop counts."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _why_endless(loop: Loop) -> str:
 
 
 def _are_fixed(places: Sequence[Place], steps: Iterable[LoweredStep]) -> bool:
-    """Whether neither these instructions nor anything else can change these values during a scan."""
+    """Whether nothing, including these instructions, can change these values during a scan."""
     paths = set(map(path_of, places))
     return all(map(_is_of_program, places)) and not any(_may_write(step, paths) for step in steps)
 
@@ -79,7 +79,7 @@ def _may_write(step: LoweredStep, paths: set[str]) -> bool:
 
 
 def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
-    """Yield rungs that always jump back, over rungs that never leave the loop."""
+    """Yield rungs that always jump back over rungs that never leave the loop."""
     for index, line in enumerate(routine.lines):
         label = _always_jumps_to(line)
         target = routine.labels.get(label, index + 1)

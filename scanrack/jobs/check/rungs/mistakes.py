@@ -57,7 +57,7 @@ FBD_TIMERS = ("TONR", "TOFR", "RTOR")
 WITH_PRESET = frozenset((*TIMERS, *COUNTERS, *FBD_TIMERS))
 
 SHORT_MS, FEW_SCANS = 10, 5
-"""A preset below this number of ms and of at most this number of scans is probably in the wrong unit."""
+"""A preset below SHORT_MS ms and of at most FEW_SCANS scans is probably in the wrong unit."""
 
 LOOPS = ("WHILE", "UNTIL", "FOR")
 """Statements whose condition may be constant, because EXIT ends the loop."""
@@ -99,7 +99,7 @@ class Mistakes:
     # --- conditions
 
     def _condition(self, point: Point) -> None:
-        """Note an instruction that is never reached, or whose own condition is always or never true."""
+        """Note an instruction that is unreachable, or that has a condition that is always or never true."""
         place = point.place
         if point.step.name == "AFI":
             self._facts.remark("unreachable", place, "AFI: the rung never acts")
@@ -127,7 +127,7 @@ class Mistakes:
             self._dead = point.place
 
     def _branches(self, line: LoweredLine) -> None:
-        """Note branches of a rung that are shorted, or that always have power through one leg or another."""
+        """Note branches of a rung that are shorted, or that always have power through one of their legs."""
         place = self._view.place(line)
         for node in _parallels(line.nodes):
             legs = [steps_of(leg, copies=False) for leg in node.legs]
@@ -146,7 +146,7 @@ class Mistakes:
     # --- numbers
 
     def _divisions(self, point: Point) -> None:
-        """Note a division by 0, and a division of integers whose result is always 0."""
+        """Note a division by 0, and a division of integers that always results in 0."""
         if any(map(self._is_zero, divisors_of(point.step))):
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients: list[Resolved | None] = [*calculations_of(point.step, ("/",))]
@@ -181,7 +181,7 @@ class Mistakes:
             self._facts.remark("lossy-conversion", point.place, text)
 
     def _loss(self, point: Point, source: Resolved, target: Place) -> str:
-        """Return a message about the loss when a number is written to its target; "" if nothing is lost."""
+        """Return a message about the loss when a number is written to its target; "" if there is no loss."""
         value, limits = self._values.range_of(source), type_range(target.type)
         if isinstance(source, Constant):
             return _constant_loss(source, limits, is_pattern=self._is_pattern(point, target))
@@ -200,7 +200,7 @@ class Mistakes:
     # --- presets
 
     def _preset(self, point: Point) -> None:
-        """Note a preset of 0 or of only a few scans. Presets that the program writes are not judged."""
+        """Note a preset of 0 or of only a few scans. Presets that the program writes are not checked."""
         group = group_of(point.step, WITH_PRESET)
         if group is None or group.frame or not is_fixed(group):
             return
@@ -225,7 +225,7 @@ class Mistakes:
 
 
 def sealed(view: LadderView, facts: Facts) -> None:
-    """Note coils that an input switches on, that seal in, and that nothing switches off."""
+    """Note coils that an input switches on and that seal in, but that nothing switches off."""
     writes = [access for access in facts.accesses if access.writes]
     first_writes = {(write.place, write.text): write for write in reversed(writes)}
     for point in view.main:
@@ -244,7 +244,7 @@ def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
 
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
-    """Whether an input switches a bit on, and the bit then stays on no matter what else is off."""
+    """Whether an input switches a bit on, and the bit then stays on even if all other bits are off."""
     power, seal = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
     bits = [leaf for leaf in leaves(power) if isinstance(leaf, Bit) and leaf.on]
     starts = (places.get(bit.name) for bit in bits if bit != seal)
@@ -296,7 +296,7 @@ def _is_excluded(earlier: Condition, condition: Condition) -> bool:
 
 
 def _value_name(part: Condition) -> str:
-    """Return the name of the value in a condition, the same for a timer's TT and DN; "" if it has none."""
+    """Return the name of the value in a condition (a timer's TT and DN share one); "" if it has none."""
     return str(getattr(part, "name", "")).replace(".TT#", ".DN#")
 
 
@@ -314,7 +314,7 @@ def _decides(step: LoweredStep) -> bool:
 
 
 def _always_has_power(branch: Parallel, conditions: Conditions) -> bool:
-    """Whether one leg or another of a branch is always true, although no single leg is.
+    """Whether at least one leg of a branch is always true, although no single leg always is.
 
     False for a branch with inner branches.
     """

@@ -107,7 +107,7 @@ def _table_elements(place: Place, elements: Sequence[float]) -> Choices:
 
 
 def _calculated(operand: Calculation, parts: Sequence[Choices]) -> Choices:
-    """Return the results of an expression, one for each option of its only source."""
+    """Return the results of an expression, one for each option of its single source."""
     choices = combined(parts, OPERATIONS[operand.name])
     if operand.name == "/" and all(map(is_whole, operand.operands)):
         return choices._replace(options=tuple(map(math.trunc, choices.options)))

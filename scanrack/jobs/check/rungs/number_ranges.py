@@ -1,7 +1,7 @@
 """Ranges of the numbers of a ladder program.
 
-The range of a tag covers its initial value and all values that the program writes to it. If one of these is
-unknown or depends on the tag itself, the tag has the range of its type.
+The range of a tag covers its initial value and all values that the program writes to it. If one of these
+values is unknown or depends on the tag itself, the range is that of the type.
 """
 
 from __future__ import annotations
@@ -183,19 +183,19 @@ class Values:
         return [operand for key in keys for operand in self._written.get(key, ())]
 
     def _possible_elements(self, place: Place) -> Iterable[str]:
-        """Return the elements that a number may be: a single one, or all if its index is computed."""
+        """Return the possible elements for a number: a single element, or all if its index is computed."""
         path, element = path_of(place), _element(place)
         return (element,) if element != path else sorted(self._elements.get(path, ()))
 
     def constants(self, path: str) -> Sequence[float] | None:
-        """Return the initial values of a tag that nothing writes; None if it has none or is written."""
+        """Return the initial values of a tag that is never written; None if it has none or is written."""
         tag = self._tags.get(path.upper())
         if tag is None or tag.initial is None or self.is_written(path) or BY_PEOPLE.search(path):
             return None
         return _numbers(tag.initial)
 
     def elements(self, operand: Place | Group, count: int) -> list[Range]:
-        """Return the ranges of elements of an array that nothing writes; empty if they are unknown."""
+        """Return the ranges of elements of a never-written array; empty if they are unknown."""
         path = path_of(operand)
         initial = self._tags[path].initial if path in self._tags and not self.is_written(path) else None
         start = operand.fixed_index if isinstance(operand, Place) else 0
@@ -210,7 +210,7 @@ class Values:
         return path in self._elements or path in self._unknown or self._is_in_group(path)
 
     def initial(self, place: Place) -> Range | None:
-        """Return the range of the initial values of a number; None if it does not belong to a tag."""
+        """Return the range of a number's initial values; None if it does not belong to a tag."""
         path = path_of(place)
         tag = self._tags.get(tag_in(path))
         if tag is None or place.leaf.frame:
@@ -253,7 +253,7 @@ COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
 """Types of timers and counters."""
 
 _CHANGING = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
-"""Members that a timer or counter itself writes."""
+"""Members that the timer or counter instruction writes."""
 
 
 def _counts_of_for(

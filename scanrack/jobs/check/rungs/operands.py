@@ -99,12 +99,12 @@ def around(path: str) -> Iterator[str]:
 
 
 def key_of(place: Place) -> str:
-    """Return the name of a value, the same for equal places. A computed subscript becomes "?"."""
+    """Return the name of a value; equal places have equal names. A computed subscript becomes "?"."""
     return f"{path_of(place)}{_subscripts(place)}"
 
 
 def part_of(operand: Place | Group, tag: str) -> str:
-    """Return the part of a tag that an operand names: the rest of its path, its subscripts and its bit."""
+    """Return the part of a tag in an operand: the rest of its path, its subscripts and its bit."""
     return f"{path_of(operand)[len(tag) :]}{_subscripts(operand)}"
 
 

@@ -13,8 +13,8 @@ A write of output word 0 sets some bits and clears others:
 
 Constants are the initial values of words that no instruction writes.
 
-Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first word,
-which is the command. A write to a staged word counts as a write to the module.
+Words are staged if a COP or CPS copies them to all output words of a 3601 and the program writes the first
+word (the command). A write to a staged word counts as a write to the module.
 
     COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
 """
@@ -43,7 +43,7 @@ COPIES = ("COP", "CPS")
 NOT_IN_OPERATION = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
-"""Status bits of start-up and faults. A rung that needs one does not clear a command in operation."""
+"""Status bits of start-up and faults. A rung that requires one does not clear a command in operation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class WriteReader:
 
     @property
     def staged(self) -> set[int]:
-        """Slots whose output words are copied from a tag. The tag's initial values may also be sent."""
+        """Slots with output words that are copied from a tag. The tag's initial values may also be sent."""
         return {slot for slot, _ in self._staged.values()}
 
     def _stages(self) -> Iterator[tuple[str, tuple[int, int]]]:
@@ -128,7 +128,7 @@ class WriteReader:
         return self.constants_at(operand, WORDS)
 
     def constants_at(self, operand: object, length: int) -> tuple[int | None, ...] | None:
-        """Return the constant words that begin at an operand; None if there are fewer than `length`."""
+        """Return `length` constant words starting at an operand; None if there are fewer."""
         if not isinstance(operand, Place | Group):
             return None
         start, words = _start_of(operand), self._constants.get(path_of(operand), ())

@@ -29,7 +29,7 @@ from .view import LadderView
 from .walk import Point
 
 DEPTH = 4
-"""Maximum number of bits that are followed one after another."""
+"""Maximum number of bits to follow in a chain."""
 
 BIT_INSTRUCTIONS = ("OTE", "OTL", ":=", "OTU")
 
@@ -64,8 +64,8 @@ class OutputBits:
         """Return a condition in which bits are replaced by the conditions that switch them on.
 
         Args:
-            depth: number of further bits that are followed.
-            followed: keys of the bits that are already replaced around this condition.
+            depth: number of additional bits to follow.
+            followed: keys of the bits that have been replaced around this condition.
         """
 
         def replacement(leaf: Condition) -> Condition:

@@ -1,4 +1,4 @@
-"""Equality comparisons of values that are hardly ever equal: REALs, elapsed times, analog inputs.
+"""Equality comparisons of values that are rarely equal, such as REALs, elapsed times and analog inputs.
 
 MUL(Raw,0.1,Level); EQU(Level,10.0)     0.1 times 100 is 10.0, but not always in REALs
 EQU(Wait.ACC,500)                       with scans of 10 ms it may go from 495 to 505
@@ -87,7 +87,7 @@ class _Reals:
         return not (self._copies(left, right) or self._copies(right, left))
 
     def _is_chosen(self, operand: Resolved, depth: int = DEPTH) -> bool:
-        """Whether a value is a constant, a copy of constants, or written by people."""
+        """Whether a value is a constant, a copy of constants, or entered by people."""
         if isinstance(operand, Constant):
             return True
         if not isinstance(operand, Place) or depth == 0:
@@ -100,7 +100,7 @@ class _Reals:
         return all(_is_same(source, operand) or self._is_chosen(source, depth - 1) for source in others)
 
     def _sources(self, operand: Place) -> Sequence[Resolved | None]:
-        """Return the expressions written to a number; inside an add-on instruction, by its own routines."""
+        """Return the expressions written to a number; in an add-on instruction, only by its own routines."""
         if operand.frame:
             return self._in_frames.get(_memory(operand), ())
         return self._values.sources(operand)
@@ -178,7 +178,7 @@ def _memory(place: Place) -> tuple[str, str]:
 
 
 def _results(step: LoweredStep) -> Iterator[Place]:
-    """Yield the results of an instruction that is not an operator, such as SCP or AVE."""
+    """Yield the results of an instruction other than an operator, such as SCP or AVE."""
     if step.name not in (*COPYING, *RESULTS, "CPT"):
         for use, operand in uses_of(step):
             if use in (Use.TARGET, Use.OPTIONAL_TARGET) and isinstance(operand, Place):

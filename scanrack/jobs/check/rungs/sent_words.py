@@ -64,7 +64,7 @@ class SentWords:
             yield from _speeds_in_words(by_slot.get(slot, ()))
 
     def at_once(self) -> Iterator[Violation]:
-        """Yield writes of a command with its parameters, except a CPS, which nothing interrupts."""
+        """Yield writes of a command together with its parameters, except by CPS, which is uninterruptible."""
         for line, place in self._view.lines:
             words_by_slot: dict[int, set[int]] = {}
             for step in line.all_steps:
@@ -83,7 +83,7 @@ class SentWords:
                     yield Violation(place, text)
 
     def out_of_range(self) -> Iterator[Violation]:
-        """Yield constants that are copied to a 3601 and that it refuses."""
+        """Yield constants copied to a 3601 that the module refuses."""
         for copy in self._copies:
             profile = profile_in(self._slots.values(), copy.slot)
             problems: Iterable[str] = ()
@@ -166,7 +166,7 @@ def _speed(words: Sequence[int | None]) -> int | None:
 
 
 def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
-    """Return words with legal values for unknown words, and for the other word of the same number."""
+    """Replace unknown words, and the other word of the same number, by legal values."""
     filled = [neutral if word is None else word for word, neutral in zip(words, _NEUTRAL, strict=True)]
     for msw in (2, 4):
         if words[msw] is None or words[msw + 1] is None:

@@ -50,7 +50,7 @@ UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
 """Members of blocks and timers that are on until the block or timer is done."""
 
 DEPTH = 3
-"""Maximum number of coils and timers whose conditions are followed one after another."""
+"""Maximum number of coils and timers to follow in a chain of conditions."""
 
 
 class Steps:
@@ -121,12 +121,12 @@ class Steps:
                 yield replace(write, when=when, steps=steps, text=point.text)
 
     def _acts_when(self, point: Point) -> Condition:
-        """Return the condition under which an instruction sets a bit or writes a word, including calls."""
+        """Return the condition for an instruction to set a bit or write a word, including calls."""
         condition = self._called(point)
         return condition if point.value == TRUE else AllOf((condition, point.value))
 
     def _in_steps(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
-        """Return, by machine, the steps in which an instruction may act, and whether it acts in all scans.
+        """Return, by machine, the steps in which an instruction may act, and whether it acts in each scan.
 
         The steps are None if it may act in all of them.
         """
@@ -196,7 +196,7 @@ class Steps:
         return AllOf((calls[0].condition, point.condition)) if is_only_call else point.condition
 
     def _implied(self, condition: Condition, depth: int = DEPTH) -> Condition:
-        """Return a condition together with the conditions of the timers and coils that it needs."""
+        """Return a condition combined with the conditions of the timers and coils that it needs."""
         conditions = [condition]
         for bit in needed(condition) if depth else ():
             base = base_of(bit.name)
@@ -209,7 +209,7 @@ class Steps:
     def _starts(self, command: Command) -> str:
         """Return the condition of the bit that starts a block as text.
 
-        Return "" if it contains anything but bits and comparisons.
+        Return "" if it contains anything other than bits and comparisons.
         """
         coils = self._writers.get(command.execute, [])
         if len(coils) != 1 or coils[0].step.name != "OTE":
@@ -236,7 +236,7 @@ class Steps:
         return (execute_bit if not coils else UNKNOWN), execute_bit
 
     def first(self, machine: str) -> frozenset[Step]:
-        """Return the steps in which a machine may start: steps set in the first scan, else initial values."""
+        """Return a machine's possible start steps: steps set in the first scan, or else initial values."""
         if machine in self._first_scan_steps:
             return frozenset(self._first_scan_steps[machine])
         place = self._places.get(machine)

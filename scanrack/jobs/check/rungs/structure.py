@@ -30,7 +30,7 @@ from .operands import steps_in
 from .view import LadderView
 
 LEAVES = ("TND", "RET", "JMP")
-"""Instructions after which a rung without a label is never reached."""
+"""Instructions that make a following rung without a label unreachable."""
 
 
 class Structure:
@@ -76,7 +76,7 @@ class Structure:
                 self._note_statement_after(inner)
 
     def _labels(self, routine: LoweredRoutine) -> None:
-        """Note labels that nothing jumps to."""
+        """Note labels that no instruction jumps to."""
         labels_used = {step.operands[0] for step in steps_in(routine) if step.name == "JMP"}
         for label, rung in routine.labels.items():
             if label not in labels_used:
@@ -84,7 +84,7 @@ class Structure:
                 self._facts.remark("unreachable", self._view.place(routine.lines[rung]), text)
 
     def _unreached(self) -> None:
-        """Note routines that nothing calls."""
+        """Note routines that are never called."""
         routines = self._lowered.routines
         if self._lowered.functions:
             return

@@ -1,4 +1,4 @@
-"""Subscripts in FOR loops that leave their array."""
+"""Subscripts in FOR loops that are out of bounds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .walk import Point
 def note_subscripts(
     point: Point, counts: Mapping[int, Mapping[str, Range]], facts: Facts, noted: set[tuple[str, str]]
 ) -> None:
-    """Note the subscripts of an instruction that leave their array, which is a major fault, type 4, code 20.
+    """Note out-of-bounds subscripts of an instruction, which are a major fault, type 4, code 20.
 
     Args:
         counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
@@ -83,7 +83,7 @@ def _count_and_offset(index: Resolved) -> tuple[str, float]:
 
 
 def _is_guarded(point: Point, count: str, relation: str, bound: float) -> bool:
-    """Whether a condition keeps a number within a bound."""
+    """Whether a condition limits a number to a bound."""
     compared = (leaf for leaf in leaves(point.condition) if isinstance(leaf, Compare))
     names = sorted({comparison.name for comparison in compared if base_of(comparison.name) == count})
     return any(never(AllOf((Compare(name, relation, bound), point.condition))) for name in names)

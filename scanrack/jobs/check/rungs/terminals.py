@@ -1,4 +1,4 @@
-"""Terminals and slots in a ladder program: terminals that the rack lacks, and terminals that are used."""
+"""Terminals and slots in a ladder program: the used terminals, and those that the rack lacks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Terminals:
         self._cards = {slot.number: slot.words for slot in view.spec.slot}
 
     def misplaced(self) -> Iterator[Violation]:
-        """Yield the instructions that use a bit without a terminal on its card, or a slot that is missing."""
+        """Yield the instructions that use a bit without a terminal on its card, or a missing slot."""
         if not self._cards:
             return
         for line, place in self._view.lines:
@@ -91,7 +91,7 @@ class Terminals:
         return "" if is_export else f"{operand.text}: the rack has modules in slots {self._slots()} only"
 
     def _terminals_instead(self, operand: Place | Group, leaf: Leaf) -> str:
-        """Return the terminals that a card has instead of an operand; "" if it has it, or if unknown."""
+        """Return the terminals that a card has instead of an operand; "" if it exists or is unknown."""
         bit = operand.bit if isinstance(operand, Place) else None
         word = operand.fixed_index if isinstance(operand, Place) else 0
         if leaf.slot is None or word is None or not isinstance(bit, Constant | None):

@@ -1,8 +1,8 @@
 """Timers that can't work as intended.
 
-XIC(Start)ONS(Seen)TON(Wait,500,0)     the one-shot enables it for only one scan
+XIC(Start)ONS(Seen)TON(Wait,500,0)     the one-shot enables the timer for only one scan
 TON(Wait,-500,0)                       a negative preset is a major fault
-TONR(Wait) in a step, TimerEnable 1    nothing disables it: it is done at once the second time
+TONR(Wait) in a step, TimerEnable 1    nothing disables it, so the second time it is done immediately
 TONR(Wait)                             nothing sets Wait.TimerEnable
 """
 
@@ -23,7 +23,7 @@ from .walk import Point
 
 RUNG_TIMERS = ("TON", "TOF", "RTO")
 ENABLES = {"TONR": ("TIMERENABLE",), "RTOR": ("TIMERENABLE",), "CTUD": ("CUENABLE", "CDENABLE")}
-"""By instruction of structured text: the bits that can make it run."""
+"""By structured text instruction, the bits that can make it run."""
 
 
 def note_timing(view: LadderView, facts: Facts) -> None:
@@ -56,7 +56,7 @@ def _note_rung_timer(point: Point, preset: Range, facts: Facts) -> None:
 
 
 def _is_enabled(point: Point, block: Group, targets: set[str], tags: Mapping[str, Tag]) -> bool:
-    """Whether the program or an initial value may enable an instance; also true if that is unknown."""
+    """Whether the program or an initial value may enable an instance; True if unknown."""
     path, names = path_of(block), ENABLES[point.step.name]
     if not targets.isdisjoint((path, *around(path), *(f"{path}.{name}" for name in names))):
         return True

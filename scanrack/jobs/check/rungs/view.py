@@ -1,4 +1,4 @@
-"""What the collectors for a ladder program read: its instructions, ranges of numbers, and blocks."""
+"""A ladder program as the collectors read it: its instructions, ranges of numbers, and blocks."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LIBRARY = "axis3601"
 
 
 def own_add_ons(program: LadderLogic) -> list[AddOn]:
-    """Return the add-on instructions of the program itself, without the library of motion blocks."""
+    """Return the program's own add-on instructions, without the library of motion blocks."""
     return [add_on for add_on in program.add_ons.values() if not is_of_library(add_on, LIBRARY)]
 
 
@@ -98,7 +98,7 @@ class LadderView:
 
     @cached_property
     def written_members(self) -> frozenset[str]:
-        """Instance members that the calling program itself writes, in capitals."""
+        """Instance members that the calling program writes, in capitals."""
         mentions = (
             mention
             for point in self.main

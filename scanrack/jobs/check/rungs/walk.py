@@ -1,4 +1,4 @@
-"""Each instruction of a ladder program with the condition under which it acts.
+"""Finds the condition under which each instruction of a ladder program acts.
 
 XIC(A)[XIC(B)OTL(C),XIO(B)]OTE(D);    OTL(C): A and B;   OTE(D): A and (B or not B)
 IF A THEN C := 1; END_IF;             C := 1: A
@@ -45,8 +45,8 @@ class Point:
         own: the condition that the instruction tests; TRUE for an output.
         value: the condition that the instruction assigns to a bit; TRUE for any other instruction.
         argument: whether the instruction copies an argument of an add-on instruction.
-        guards: whether it is in an ELSE that is unreachable only because of the constants that a number
-            currently gets.
+        guards: whether it is in an ELSE that is unreachable only because of the constants assigned to a
+            number.
     """
 
     routine: LoweredRoutine
@@ -219,7 +219,7 @@ class Walker:
         self._guards = outer
 
     def _loop(self, loop: Loop, reached: Condition) -> None:
-        """Note a loop. Values get new names before its test and after its end."""
+        """Note a loop. Values receive new names before its test and after its end."""
         if loop.start is not None:
             self._act(loop.start, reached)
         self._conditions.names.forget()  # an earlier pass may have changed the same values
@@ -233,7 +233,7 @@ class Walker:
         self._conditions.names.forget()
 
     def _first_pass(self, loop: Loop) -> Condition:
-        """Return the condition of a FOR's first pass: the count has its first value."""
+        """Return the condition of a FOR's first pass, in which the count has its first value."""
         (start,) = loop.start.nodes if loop.start is not None else (None,)
         if not isinstance(start, LoweredStep) or not isinstance(start.operands[1], Constant):
             return TRUE

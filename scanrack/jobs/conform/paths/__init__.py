@@ -1,1 +1,1 @@
-"""Paths to a module: a controller that owns it, or a trace from a capture."""
+"""Paths to a module, through the controller that owns it or a trace from a capture."""

@@ -3,8 +3,8 @@
     moves, rest, moves, an input changes, rest, moves, configuration, moves
            | a scene from this rest |     | a scene  | a scene from its configuration
 
-A trace that begins in operation is judged like a replay: from an image at rest that shows the module's state,
-until the state is unknown again.
+A trace that begins in operation is judged like a replay, from an image at rest that shows the module's state
+until the state becomes unknown.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class CapturedScenes(NamedTuple):
 def scenes_of(
     path: Path, slot: int, timing: Timing, configuration: Sequence[int] | None = None
 ) -> CapturedScenes:
-    """Return the firmware that a trace names, its scenes and defects, and the assumptions made.
+    """Return the firmware named in a trace, its scenes and defects, and the assumptions made.
 
     Each scan is a read of input words. Changed output words were sent between that scan and the next one.
 
@@ -169,7 +169,7 @@ class _SceneFinder:
         self._rest_position = read.words[2:4]
 
     def _window(self, row: int) -> Window:
-        """Return the window in which the words that changed in a scan were sent."""
+        """Return the time window when the words that changed in a scan were sent."""
         times, last = self._times, len(self._times) - 1
         return Window(times[max(row - self._since_last, 0)], times[min(row + self._until_next, last)])
 

@@ -1,4 +1,4 @@
-"""The path to a 3601 over a CompactLogix or another rack's tag server. Needs pycomm3, extra `conform`."""
+"""The path to a 3601 over a CompactLogix or another rack's tag server. Requires pycomm3, extra `conform`."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def is_real(client: TagClient) -> bool:
 
 
 def product_of(client: TagClient) -> str:
-    """Return the product name and revision of a controller, which do not identify its owner."""
+    """Return the product name and revision of a controller; they do not identify its owner."""
     revision = client.info.get("revision") or {}
     numbers = [str(revision[key]) for key in ("major", "minor") if key in revision]
     return " ".join([str(client.info.get("product_name", "")), ".".join(numbers)]).strip()
@@ -180,7 +180,7 @@ class LogixPath:
 
 
 def _values(responses: Any) -> list[Any]:
-    """Return the values in one or more responses; OSError if a response has an error."""
+    """Return the values in one or more responses; raise OSError if a response has an error."""
     listed = responses if isinstance(responses, list) else [responses]
     for response in listed:
         if response.error:
@@ -192,7 +192,7 @@ def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
     """Return the tag that energizes each input, from pairs such as `ESTOP=Local:2:O.Data.0`.
 
     Raises:
-        ValueError: a text is not such a pair.
+        ValueError: a text is not a pair.
     """
     names = {str(bit.name): bit for bit in InputBit}
     wiring: dict[InputBit, str] = {}

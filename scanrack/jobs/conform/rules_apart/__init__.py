@@ -1,1 +1,1 @@
-"""Tables of a 3601's behavior without a rule, or under another reading of the manual."""
+"""Tables of a 3601's behavior without a rule, or with another interpretation of the manual."""

@@ -1,4 +1,4 @@
-"""Functions that alter the model of a 3601: how it reads words, refuses commands, or shows bits."""
+"""Functions that alter how the model of a 3601 reads words, refuses commands, or shows bits."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Question = Callable[[Host, CommandWords], bool]
 
 
 def hide(sentence: str, bits: int, during: str = "") -> Alteration:
-    """Return a module that hides bits, always or, with `during`, in and after one kind of motion."""
+    """Return a module that hides bits, always or, with `during`, only during and after one kind of motion."""
     return Alteration(sentence, hidden=bits, during=during)
 
 
@@ -48,12 +48,12 @@ def hear(sentence: str, commands: int, hearing: Hearing) -> Alteration:
 
 
 def as_command(instead: int) -> Hearing:
-    """Return a reading of words that replaces the command with another command."""
+    """Return a function that reads words as a different command."""
     return lambda words: (instead, *words[1:])
 
 
 def with_words(change: Callable[[list[int]], Any]) -> Hearing:
-    """Return a reading of words that first changes them."""
+    """Return a function that changes words before they are read."""
 
     def hearing(words: ImageWords) -> ImageWords:
         changed_words = list(words)
@@ -75,17 +75,17 @@ def refuse(
 
 
 def silent(sentence: str, *rules: str) -> Alteration:
-    """Return a module in which some rules set no bits."""
+    """Return a module where some rules set no bits."""
     return Alteration(sentence, silent=frozenset(rules))
 
 
 def add(sentence: str, rule: str, bits: int) -> Alteration:
-    """Return a module in which a rule sets additional bits."""
+    """Return a module where a rule sets additional bits."""
     return Alteration(sentence, adds={rule: bits})
 
 
 def overlook(sentence: str, *rules: str) -> Alteration:
-    """Return a module that does not notice the faults of some rules."""
+    """Return a module that does not detect violations of some rules."""
     return Alteration(sentence, overlooked=frozenset(rules))
 
 

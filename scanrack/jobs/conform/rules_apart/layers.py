@@ -118,7 +118,7 @@ class StoppedAtRest(AlteredLayer):
 
 
 class StrictLsw(AlteredLayer):
-    """Hold, Resume and Immediate Stop need an LSW of zero."""
+    """Hold, Resume and Immediate Stop require an LSW of zero."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -249,7 +249,7 @@ class ErrorAtZeroWords(AlteredLayer):
 
 
 class OneLook(AlteredLayer):
-    """A configuration is checked only when configuration mode is entered."""
+    """A configuration is checked only on entry to configuration mode."""
 
     @override
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
@@ -277,7 +277,7 @@ class LimitAhead(AlteredLayer):
 
 
 class IgnoresExternal(AlteredLayer):
-    """The external input stops nothing."""
+    """The external input does not stop a motion."""
 
     @override
     def accept(self, operation: Operation) -> None:

@@ -1,4 +1,4 @@
-"""Rival readings: the behavior of modules that read the manual differently from `docs/readings.md`."""
+"""Rival readings: modules that follow a different interpretation of the manual than `docs/readings.md`."""
 
 from __future__ import annotations
 
@@ -168,4 +168,4 @@ RIVALS: Mapping[str, tuple[Alteration, ...]] = {
     "A-110": (ruled("Only the first fault of a command counts.", layers.OneFaultAtATime),),
     "A-115": (d.add("A rate of a blend block sets Command Error, too.", "BLD-18", _COMMAND),),
 }
-"""By reading: the modules that read the manual differently."""
+"""By reading, the modules with a different interpretation."""

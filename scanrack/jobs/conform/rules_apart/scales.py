@@ -21,7 +21,7 @@ from scanrack.runtime.modules.amci3601.scaled_axis import AxisScales
 from ..hypotheses import Search
 
 UNIT = 1000
-"""The factor 1, in thousandths."""
+"""A factor of 1, in thousandths."""
 
 COARSE = tuple(round(UNIT * 1.05**power) for power in range(-14, 15))
 """Factors that are tried first, in thousandths: 0.5 to 2."""
@@ -67,7 +67,7 @@ class FittedScale:
 
     @property
     def rule(self) -> str:
-        """The rule of the manual that the module departs from."""
+        """The manual's rule from which the module departs."""
         return SCALED[self.what].rule
 
     @property
@@ -94,7 +94,7 @@ def either(scales: Sequence[FittedScale]) -> str:
 
 
 def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale]]:
-    """Return the scales of each scene, without quantities that explain fewer scenes than another quantity.
+    """Return each scene's scales, without quantities that explain fewer scenes than another quantity.
 
     A short scene can't tell several quantities apart. A quantity that explains the same scenes and others is
     more likely.
@@ -109,7 +109,7 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
 
 
 def scaled(quantity: str, factor: int) -> Alteration:
-    """Return a module whose quantity is off by a factor, in thousandths."""
+    """Return a module with a quantity that is off by a factor, in thousandths."""
     row = SCALED[quantity]
     scales = AxisScales(**dict.fromkeys(row.fields, Fraction(factor, UNIT)))
     return Alteration(f"{row.sentence} {factor / UNIT} of the programmed {row.unit}.", scales=scales)
@@ -161,8 +161,8 @@ class _Fit:
     def _between(self) -> set[int]:
         """Return the factors halfway between factors that explain most reads and their neighbors.
 
-        On one side of the module's factor, the same read may contradict every factor, however far off. The
-        module's factor is then at the edge of these factors.
+        On one side of the module's factor, the same read may contradict every factor, however far away. The
+        module's factor is then at the edge of this range.
         """
         factors = sorted(self._results)
         most = max(self._results[factor].reads for factor in factors)
@@ -174,7 +174,7 @@ class _Fit:
         return halfway - self._results.keys()
 
     def _bound(self, inside: int, sense: int) -> int | None:
-        """Return the nearest contradicted factor on one side, to a thousandth; None if it is too far off.
+        """Return the nearest contradicted factor on one side, to a thousandth; None if it is too far away.
 
         Args:
             inside: a factor that explains every read.

@@ -50,7 +50,7 @@ def _positive_lsw(words: list[int]) -> None:
 
 
 def _scaled(number: int, factor: float) -> d.Hearing:
-    """Return a reading of words that multiplies a rate, the word with this number, by a factor."""
+    """Return a function that multiplies a rate, the word with this number, by a factor."""
 
     def change(words: list[int]) -> None:
         if words[number] > 0:
@@ -85,7 +85,7 @@ def _to_zero(words: list[int]) -> None:
 
 
 def _less(bits: int) -> d.Hearing:
-    """Return a reading of words that ignores bits of word 1."""
+    """Return a function that ignores bits of word 1."""
 
     def change(words: list[int]) -> None:
         words[1] &= ~bits
@@ -267,15 +267,15 @@ STATEMENTS: Mapping[str, Alteration] = {
         for bit in StatusLsw
     },
 }
-"""By rule: a module without the rule."""
+"""By rule, a module without the rule."""
 
 
 def without(rule: str, fired: Collection[str]) -> Alteration | None:
     """Return a module without a rule; None if its behavior is unknown.
 
     Args:
-        fired: the rules that fired in the scene. Rules with the same cause that set no other bits are also
-            removed.
+        fired: the rules that fired in the scene. Rules with the same cause that set no additional bits are
+            also removed.
     """
     bits = bits_of(rule, WORDS_3601) if rule in fired else 0
     if not bits:

@@ -22,7 +22,7 @@ from scanrack.ladder.python.line_marks import after_the_head, located
 from ...load.program import COMPILER
 
 NAME = "__branches__"
-"""Name of the global variable that holds the bytes, one for each branch."""
+"""Name of the global variable with the bytes, one for each branch."""
 
 Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler)
 

@@ -25,16 +25,16 @@ from .sweep import Sweep
 from .times import MS
 
 BLIND = 150
-"""Number of runs at the start of a campaign. More of these are entirely random than later runs."""
+"""Number of runs at the start of a campaign. A larger share of these runs is entirely random."""
 
 FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
 """Shares of entirely random runs and of sweep runs, each in the first runs and later."""
 
 HELD_AT = 0.3
-"""Start of the contact in a run with a single contact, as a share of the run."""
+"""Start of the press in a run with a single contact, as a fraction of the run."""
 
 HELD_MS = 300
-"""Duration of this contact if the program has no times, ms."""
+"""Duration of this press if the program has no times, ms."""
 
 MOST_HELD = 24
 """Maximum number of runs with a single contact."""
@@ -173,7 +173,7 @@ class Chooser:
         return draws.joined(scenario, other)
 
     def _with_more(self, scenario: Scenario, edges: Edges, from_scan: int, count: int) -> Scenario:
-        """Return a scenario with more random parts, mostly from the scan `from_scan` on."""
+        """Return a scenario with more random parts, mostly after the scan `from_scan`."""
         for _ in range(count):
             scenario, from_scan = self._draws.with_one_more(scenario, edges, from_scan)
         return scenario

@@ -19,10 +19,10 @@ BUTTON, SENSOR, REACTION = 2, 1, 6
 
 
 class Contacts:
-    """The contacts of a rack with their weights. The object is false if there are no contacts."""
+    """The contacts of a rack with their weights; false if empty."""
 
     def __init__(self, spec: RackSpec, kinds: Collection[Kind]) -> None:
-        """Add the contacts of machines and cards with their weights; none if inputs are not to be drawn."""
+        """Add the contacts of machines and cards with their weights; add none if inputs must not be drawn."""
         self._weights: dict[Contact, int] = {}
         self._chosen: list[Contact] = []
         if Kind.INPUTS not in kinds:

@@ -23,7 +23,7 @@ Feature = tuple[str, Hashable]
 STEP_WORTH, PATH_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
 
 LEAST_WORTH = 1.5
-"""Minimum worth of an entry. Scenarios with only one to four pairs are not kept."""
+"""Minimum worth of an entry. Scenarios with only one to four pairs are discarded."""
 
 MOST_WORTH = 8.0
 """Maximum worth that counts when an entry is chosen."""
@@ -38,7 +38,7 @@ FRESH_CHOICES = 80
 """Number of times that an entry with a new step is preferred to older entries."""
 
 LATE = 30
-"""Earliest scan to which trimming moves the first event."""
+"""Earliest scan for the first event after trimming."""
 
 EARLIER = (1.0, 0.6, 0.3)
 """Shares of the distance to scan `LATE` by which trimming moves the events."""
@@ -89,7 +89,7 @@ def worth_of(feature: Feature) -> float:
 
 @dataclass(slots=True)
 class Corpus:
-    """The entries in order of discovery, and further results of searches.
+    """The entries in order of discovery, and other results of searches.
 
     Attributes:
         seen: all known features.
@@ -111,7 +111,7 @@ class Corpus:
     part: tuple[int, int] = (0, 1)
 
     def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
-        """Add a scenario with new features; return its entry, or None if it is not worth one."""
+        """Add a scenario with new features; return its entry, or None if its worth is too low."""
         firsts = edges.firsts()
         new_features = self._note_new(firsts)
         if not new_features:
@@ -214,7 +214,7 @@ def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def trim(entry: Entry, run: Run, scan_ns: int) -> None:
-    """Remove the parts that the new features do not need, and move the others earlier."""
+    """Remove the parts that the new features do not need, and move the remaining parts earlier."""
     features, entry.new_features = entry.new_features, ()
     if not features or entry.worth < PATH_WORTH:
         return
@@ -229,7 +229,7 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
 
 
 def _simpler_scenarios(entry: Entry, scan_ns: int) -> Iterator[Scenario]:
-    """Yield an entry's scenario simplified: without half, a quarter or one of its parts, or earlier.
+    """Yield simpler versions of an entry's scenario: without half, a quarter or one of its parts, or earlier.
 
     The caller sets the entry's scenario to the yielded one to accept it. The next version is based on it.
     """

@@ -4,7 +4,8 @@
     30 %                  soon after the previous event, on a logarithmic scale
     20 %                  anywhere
 
-However, 15 % of the events begin at about the same time as another one, and 25 % of the durations end near an
+In addition, 15 % of the events begin at about the same time as another event, and 25 % of the durations end
+near an
 edge. Some durations and distances are times from the program. Some buttons are pressed several times in a
 rhythm.
 """
@@ -57,19 +58,19 @@ MOVED = (0, 1, -1, 10, -10, 100, -100)
 """Time shifts of an event of the varied scenario, scans."""
 
 TOGETHER = 0.15
-"""Share of events that begin at about the same time as another one."""
+"""Share of events that begin at about the same time as another event."""
 
 AT_EDGES, SOON = 0.5, 0.8
-"""Share of the other events near an edge, and the sum of that share and the share soon after an event."""
+"""Share of the other events near an edge; that share plus the share soon after an event."""
 
 AGAIN = 0.4
 """Share of events that repeat an earlier press of their scenario."""
 
 END_AT_EDGES, TO_THE_END = 0.25, 0.06
-"""Shares of durations that end near an edge, and of the others that last until the end of the run."""
+"""Share of durations that end near an edge; share of the others that last until the end of the run."""
 
 BEFORE_INPUTS = 0.75
-"""Share of tears just before a change of the inputs."""
+"""Share of tears just before a change in the inputs."""
 
 RHYTHM = 0.12
 """Share of rhythms among the events."""
@@ -78,13 +79,13 @@ BY_TIMES = 0.3
 """Share of durations and distances that are times of the program."""
 
 AFTER_END = 0.5
-"""Share of events that begin after the end of the previous one instead of its beginning."""
+"""Share of events timed from the end of the previous event instead of its beginning."""
 
 NARROW, FEW = 0.7, (1, 1, 2, 3)
-"""Share of scenarios with few kinds of events or few contacts, and possible numbers of them."""
+"""Share of scenarios with few kinds of events or few contacts, and the possible numbers."""
 
 AT_CHANGES = 0.8
-"""Share of torn updates in scans with changes of several output words. Some of these words are late."""
+"""Share of torn updates in scans that change several output words. Some of these words are late."""
 
 BEATS = (2, 3, 3, 4, 4, 5, 6, 8)
 """Numbers of presses in a rhythm."""
@@ -102,7 +103,7 @@ LINKS = (FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR)
 REPLIES = (FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED)
 
 MakePart = Callable[[int, Edges], Timed]
-"""Makes a part that begins in a scan."""
+"""Makes a part that begins in a given scan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +208,7 @@ class Draws:
         return possible
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
-        """Return a random scenario of up to seven parts, or a base scenario with up to seven more parts."""
+        """Return a random scenario with up to seven parts, or a base scenario with up to seven more parts."""
         scenario = Scenario() if base is None else self._varied(base)
         self.narrow()
         from_scan = 0
@@ -347,7 +348,7 @@ class Draws:
         return scenario_of(parts)
 
     def _varied(self, base: Scenario) -> Scenario:
-        """Return a scenario unchanged, or with about half of its parts, at about the same times."""
+        """Return a base scenario unchanged, or about half of its parts at about the same times."""
         random = self._random
         if random.random() < 0.5:
             return base
@@ -371,7 +372,7 @@ class Draws:
         return min(max(scan, 0), self.scans - 1)
 
     def _random_scan(self, edges: Edges, from_scan: int) -> int:
-        """Return a random scan near an edge, soon after `from_scan`, or anywhere, maybe outside the run."""
+        """Return a random scan near an edge, soon after `from_scan` or anywhere, even outside the run."""
         random, scans = self._random, self.scans
         draw = random.random()
         if draw < AT_EDGES and (edge_scan := edges.near(random, from_scan)) is not None:
@@ -426,7 +427,7 @@ class Draws:
         return InjectedFault(scan * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._duration_ns(scan, edges))
 
     def _torn(self, scan: int, edges: Edges) -> InjectedFault:
-        """Return a torn update, mostly in a scan in which several words change. Others have no effect."""
+        """Return a torn update, mostly in a scan that changes several words; elsewhere it has no effect."""
         random = self._random
         slots = [slot.number for slot in self._spec.slot]
         if random.random() < AT_CHANGES and (output_change := edges.output(random)) is not None:
@@ -441,7 +442,7 @@ class Draws:
         return InjectedFault(scan * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late_words)))
 
     def _tear(self, scan: int, edges: Edges) -> TornUpdate:
-        """Return a tear, mostly in the scan before a change of the inputs."""
+        """Return a tear, mostly in the scan before a change in the inputs."""
         random = self._random
         if random.random() < BEFORE_INPUTS and (input_scan := edges.one_of(random, INPUTS)):
             scan = input_scan - 1
@@ -479,7 +480,7 @@ class Draws:
         return replace(scenario, shifts=(shift,))
 
     def _with_lost_steps(self, scenario: Scenario) -> Scenario:
-        """Return a scenario in which an axis loses steps, half of the time at a position near the start."""
+        """Return a scenario where an axis loses steps, half of the time at a position near the start."""
         random = self._random
         begin, end = (-20_000, 20_000) if random.random() < 0.5 else (-2_000, 4_000)
         position = random.randint(begin, end)

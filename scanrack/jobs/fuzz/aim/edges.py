@@ -1,4 +1,4 @@
-"""The scans of a run in which something changes, in groups. A search places its events near them."""
+"""The scans with changes in a run, in groups. A search places its events near them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Group = dict[Hashable, list[int]]
 COMMAND, STATE, THIN = "command", "state", "thin"
 
 SIZE, PAIR, UNDER = "size", "pair", "under"
-"""Groups that only show that a run is new. No event is placed near their changes."""
+"""Groups that only show whether a run is new. No event is placed near their changes."""
 
 INPUTS = ("status", "number")
 """Groups of the modules' responses."""
@@ -43,19 +43,19 @@ SOON = 8
 """Number of preferred edges after an event."""
 
 MOST_SCANS, MOST_KINDS = 200, 2_000
-"""Maximum number of recorded scans per change, and of changes per group. Later ones are not recorded."""
+"""Maximum number of recorded scans per change, and of recorded changes per group."""
 
 BEGINNING = 5
-"""Number of scans after power-up in which thin states are ignored, since every state is thin there."""
+"""Number of scans after power-up without thin states, because every state would be thin there."""
 
 MOST_STEPS = 4
-"""Maximum number of small values of a step number that also has large values; else it is a quantity."""
+"""Maximum number of small values if an integer also has large values; beyond it, it is a quantity."""
 
 
 class Edges:
     """The changes in one run.
 
-    A draw chooses a group, then a kind, then a scan. A bit with one change is therefore as likely to be
+    A draw chooses a group, then a kind, then a scan. Therefore, a bit with one change is as likely to be
     chosen as a bit with a thousand changes.
     """
 
@@ -109,7 +109,7 @@ class Edges:
         }
 
     def one_of(self, random: Random, groups: Sequence[str]) -> int | None:
-        """Return a random scan in which something in one of the groups changes; None if nothing changes."""
+        """Return a random scan with a change in one of the groups; None if nothing changes."""
         filled_groups = [self.groups[name] for name in groups if name in self.groups]
         if not filled_groups:
             return None

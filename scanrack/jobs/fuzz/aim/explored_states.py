@@ -1,4 +1,4 @@
-"""Ends runs that reach an explored state. Another run has already continued from this state to its end.
+"""Ends runs that reach an explored state, that is, one from which another run has continued to its end.
 
 A state is a digest of steps, flags, commands and status, without timers and positions (`Probe.state`). After
 the last event, the state of a run is compared with the explored states every `CALM` scans.
@@ -23,13 +23,13 @@ MOST = 100_000
 
 
 class ExploredStates:
-    """The states of one search, each with the earliest scan in which a run reached it."""
+    """The explored states of a search, each with the earliest scan in which a run reached it."""
 
     def __init__(self) -> None:
         self._first_scans: dict[bytes, int] = {}
 
     def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
-        """Return an object that runs a scenario until the run reaches an explored state."""
+        """Return an object that runs a scenario until it reaches an explored state."""
         last_end_ns = max(map(end_ns, timed_parts(scenario)), default=0)
         timeless_parts = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
         return ExploredStateStop(self._first_scans, repr(timeless_parts), last_end_ns // spec.scan_ns + 2)

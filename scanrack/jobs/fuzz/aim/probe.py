@@ -40,7 +40,7 @@ from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
 
 SMALL = range(-1, 33)
-"""Integers that are recorded by value. Others are recorded by size."""
+"""Integers that are recorded by value; other integers are recorded by size."""
 
 MOST_TAGS = 1_000
 """Maximum number of watched tags."""
@@ -167,7 +167,7 @@ class Probe(QuietListener):
                     add(UNDER, (reader_index, name, value, steps), scan)
 
     def _note_branches(self, scan: int) -> None:
-        """Record the branches of this scan unless they are the latest recorded ones, and clear them."""
+        """Record the branches of this scan unless they equal the latest record, and clear them."""
         branches = self._branches
         if branches != self._last_branches:
             if not any(branches):

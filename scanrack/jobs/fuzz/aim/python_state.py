@@ -1,4 +1,4 @@
-"""Reads the plain values that a Python program keeps from scan to scan: flags, texts, integers, Enum members.
+"""Reads the plain values that a Python program stores between scans: flags, texts, integers, Enum members.
 
 The values are in the program's object and its globals. They are also in dicts and objects of the program's
 own classes, up to two objects deep.
@@ -68,7 +68,7 @@ class _FieldsReader:
         self._values: dict[Hashable, Hashable] = {}
 
     def __call__(self) -> dict[Hashable, Hashable]:
-        """Return the current plain values; the same dict as before if nothing has changed."""
+        """Return the current plain values, in the same dict as before if nothing has changed."""
         get, has_changed = self._module.get, False
         global_values = [*map(get, self._global_names)]
         last = self._last_globals
@@ -98,7 +98,7 @@ class _FieldsReader:
 
 
 def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield the dict or fields of each object that can have plain values, once."""
+    """Yield once the dict or fields of each object that can have plain values."""
     module_name = str(module.get("__name__", ""))
     queue: list[tuple[int, Any]] = [(0, logic)]
     if isinstance(logic, FunctionType):

@@ -2,7 +2,7 @@
 
 An event begins in the first scan of the state, one scan before it, or one scan after it.
 
-If several output words change in a scan, the update is torn: either one word or all the others are late. If
+If several output words change in a scan, the update is torn, with either one word late or all others late. If
 inputs change, a tear moves the change to the middle of the previous scan. Each rung that reads inputs gets
 one run with tears at all changes of status, and one run with tears at all changes of positions.
 """
@@ -32,7 +32,7 @@ DISTANCES = (1, 0, -1)
 """Distances of an event from the first scan of a thin state, scans."""
 
 ANY = 0.5
-"""Share of the scenarios that are drawn from all entries instead of the latest one."""
+"""Share of scenarios drawn from all entries instead of the latest entry."""
 
 MOST_TORN, MOST_RUNGS = 8, 24
 """Maximum number of tears for one kind of change, and of rungs with torn inputs."""
@@ -89,7 +89,7 @@ class Sweep:
         return waiting.pop()[1]
 
     def _torn(self, entry: Entry) -> Iterator[tuple[Hashable, Timed]]:
-        """Yield torn updates for each change of several output words: one is late, or all others are."""
+        """Yield torn updates for each change of several output words: one word late, or all the others."""
         for kind, scans in entry.edges.groups.get(TOGETHER, {}).items():
             if kind in self._corpus.swept:
                 continue

@@ -21,7 +21,7 @@ from ...record.logic_wrapper import unwrapped
 from .python_state import namespace_of
 
 MOST_TIMES = 40
-"""Maximum number of times of a program. The shortest are used."""
+"""Maximum number of times from a program. The shortest times are used."""
 
 MS = 1_000_000
 
@@ -30,7 +30,7 @@ SHORTEST_SCANS = 3
 
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
-    """Return the program's times that fit into a run, and the means of neighbors, in ascending order, ns."""
+    """Return the program's times that fit into a run, and the means of neighbors, sorted, in ns."""
     program = unwrapped(logic)
     times_ns = _presets(program) if isinstance(program, Engine) else _times_in_source(program, scan_ns)
     shortest_ns, longest_ns = SHORTEST_SCANS * scan_ns, scans * scan_ns

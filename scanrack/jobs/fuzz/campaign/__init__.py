@@ -1,1 +1,1 @@
-"""A long search in several processes: it runs in rounds, is saved on disk, and confirms failures."""
+"""A long search in several processes that runs in rounds, is saved on disk, and confirms failures."""

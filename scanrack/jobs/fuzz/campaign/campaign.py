@@ -1,6 +1,6 @@
 """A campaign: many searches on all cores or on a cluster. It can be interrupted and continued.
 
-    round     begins with one corpus for all of its tasks
+    round     starts with one corpus for all of its tasks
     task      is one search with a seed, a number of examples, and a share of that corpus
     report    is added to the state in the order of the tasks, not in the order of arrival
 
@@ -27,7 +27,7 @@ SHARED = 24
 """Number of corpus entries that the tasks of a round share: the least varied entries."""
 
 LEAST_WIDTH, EARLIER, MOST_WIDTH = 4, 4, 1024
-"""Minimum number of tasks in a round, number of earlier tasks per task, and maximum number of tasks."""
+"""Minimum number of tasks in a round, earlier tasks per task in a round, and maximum number of tasks."""
 
 TRIES = 3
 """Maximum number of attempts at a task if its worker dies."""
@@ -85,7 +85,7 @@ def campaign(
     Args:
         executor: creates the executor. Called again if the workers die.
         tasks: number of tasks; None = run until `has_time` returns False.
-        jobs: number of concurrent tasks; None = one per thread of the cluster.
+        jobs: number of concurrent tasks; None = one per cluster thread.
         again: scenarios of a corpus on disk. The first round runs them.
         suggest: called between two rounds. The next round runs the returned scenarios.
         has_time: called before every task.
@@ -159,7 +159,7 @@ class _TaskRunner:
         return self.pool.threads if isinstance(self.pool, OnCluster) else 1
 
     def _submit(self, task: Task) -> None:
-        """Submit a task with its time limits; raise CampaignError if its worker has died too often."""
+        """Submit a task with its time limits; raise CampaignError if its worker has died too many times."""
         self.attempts[task.number] += 1
         if self.attempts[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
