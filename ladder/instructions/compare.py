@@ -32,7 +32,7 @@ def _comparison(name: str, relation: str) -> Spec:
 
 
 def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) -> bool:
-    """Return whether a number is within the limits; outside of them if `low` is above `high`."""
+    """Return whether a number is within the limits, or outside them if `low` is above `high`."""
     width = width_of(low, test, high)
     least, value, most = (machine.number(operand, width) for operand in (low, test, high))
     if least <= most:
@@ -41,7 +41,7 @@ def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) ->
 
 
 def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved) -> str:
-    """Return text for LIM; if an operand can fault, all are read into variables first."""
+    """Return code for LIM; if an operand can fault, first read all operands into variables."""
     width = width_of(low, test, high)
     texts = [rungs.values.term(operand, width).text for operand in (low, test, high)]
     if not _lim_is_inline(low, test, high):
@@ -53,7 +53,7 @@ def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved)
 
 
 def _lim_is_inline(*operands: Resolved) -> bool:
-    """Return whether no operand can fault; LIM reads all of them, but Python's `a <= b <= c` may skip c."""
+    """Return whether no operand can fault. LIM reads all operands, but Python's `a <= b <= c` can skip c."""
     return not any(map(can_fault, operands))
 
 

@@ -39,7 +39,7 @@ def store_expression(machine: Interpreter, target: Place, expression: Resolved) 
 
 
 def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """Store a number without its decimals; record an overflow for an infinite one or a NaN."""
+    """Store a number truncated to an integer; record an overflow if it is infinite or NaN."""
     machine.clear_flags()
     value = machine.number(source, width_of(source))
     if machine.is_float(value):

@@ -30,14 +30,14 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
 
 
 def routine_named(resolver: OperandResolver, name: Operand, remedy: str = "write the routine's name") -> str:
-    """Return the full name of the routine that an operand names; raise an OperandError if there is none."""
+    """Return the full name of the routine in an operand; raise an OperandError if it does not exist."""
     if not isinstance(name, Address) or name.steps:
         raise OperandError(f"{name} is not a routine", remedy)
     return resolver.named(name.name)
 
 
 def _resolve_jsr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Call]:
-    """Return the call of a JSR, whose operands are routine, number of inputs, inputs, returns."""
+    """Return the call of a JSR. Operands: routine, number of inputs, inputs, return tags."""
     routine = routine_named(resolver, operands[0])
     count = 0
     if len(operands) > 1:
@@ -65,7 +65,7 @@ def _output(resolver: OperandResolver, operand: Operand) -> Place | Group:
 
 
 def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
-    """Call a routine; return its values. Calls of a recursive one are counted, and fault if too deep."""
+    """Call a routine and return its values. Recursive calls are counted, and fault if they are too deep."""
     inputs = [machine.value(operand) for operand in call.inputs]
     if call.routine not in machine.lowered.recursive:
         return machine.call(call.routine, inputs)
@@ -76,7 +76,7 @@ def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
 
 
 def _scan_routine_once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
-    """Return the prescan or postscan function of a call, which scans a recursive routine only once."""
+    """Return the prescan or postscan function of a call; it scans a recursive routine only once."""
 
     def run(machine: Interpreter, call: Call, *_values: Resolved) -> None:
         """Scan the called routine, unless an outer call is already scanning it."""
@@ -107,7 +107,7 @@ def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
 
 
 def _write_jsr(rungs: RungWriter, call: Call) -> None:
-    """Write a call, and the storing of as many values as the routine returns."""
+    """Write a call, and code that stores the values that the routine returns."""
     results = ""
     with _writing_call(rungs, call) as text:
         if call.returns:
@@ -127,7 +127,7 @@ def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
 
 
 def _write_stored(rungs: RungWriter, number: int, target: Place | Group, text: str) -> None:
-    """Write code that stores parameter `number`, whose value is the code `text`, in its tag."""
+    """Write code that stores parameter `number` in its tag; `text` is the code for its value."""
     if isinstance(target, Group):
         rungs.writer.line(f"received({rungs.values.site}, {number}, {text})")
         return
@@ -187,7 +187,7 @@ def _for(
 ) -> None:
     """Call a routine for each value of the index, until it passes the terminal value or BRK runs.
 
-    The operands are read again in each pass, because the routine may change them.
+    The operands are read again in each pass, because the routine can change them.
     """
     machine.put(index, wrap(machine.integer(initial), DINT.bits))
     while True:

@@ -11,7 +11,7 @@ from ..model.spec import Use, action
 def _tod(machine: Interpreter, source: Resolved, target: Place) -> None:
     """Store an integer as BCD.
 
-    Out of range, report an overflow and store 0 (if negative) or the low digits.
+    If the integer is out of range, report an overflow, and store 0 (if negative) or the low digits.
     """
     value = machine.integer(source)
     digits = target.type.bits // 4

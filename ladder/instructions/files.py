@@ -56,7 +56,7 @@ def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Re
 
 
 def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: ByteEnd) -> str:
-    """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative.
+    """Return code for the number of bytes to write: a number, or a variable that can be 0 or negative.
 
     It is the minimum of the length operand's size and the number of bytes from each operand to the end of its
     array.
@@ -74,7 +74,7 @@ def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: B
 
 
 def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
-    """Return a context for lines that need a count above 0: none if it is a literal, otherwise an `if`."""
+    """Return a context for lines that need a count above 0: an `if`, or no code if the count is a literal."""
     return nullcontext() if count.isdigit() else rungs.writer.block(f"if {count} > 0:")
 
 

@@ -31,7 +31,7 @@ def _mov(machine: Interpreter, source: Resolved, target: Place | Group) -> None:
 
 
 def _write_mov(rungs: RungWriter, source: Resolved, target: Place | Group) -> None:
-    """Write code that does what `_mov` does."""
+    """Write code equivalent to `_mov`."""
     if isinstance(target, Group):
         write_set_text(rungs, target, source)
         return
@@ -48,7 +48,7 @@ def _mvm(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) 
 
 
 def _write_mvm(rungs: RungWriter, source: Resolved, mask: Resolved, target: Place) -> None:
-    """Write code that does what `_mvm` does."""
+    """Write code equivalent to `_mvm`."""
     bits = target.type.bits
     moved, through = rungs.values.filled(source, bits), rungs.values.filled(mask, bits)
     direct = _bits(source) == _bits(mask) == bits
@@ -68,7 +68,7 @@ def _bits(operand: Resolved) -> int:
 def _check_btd(
     source: Resolved, source_bit: Constant, target: Place, target_bit: Constant, length: Constant
 ) -> None:
-    """Raise an OperandError if the field of bits has no valid position or length."""
+    """Raise an OperandError if the position or length of the bit field is invalid."""
     limits = (
         (source_bit, 0, source.type.bits - 1 if isinstance(source, (Place, Constant)) else 31, "source bit"),
         (target_bit, 0, target.type.bits - 1, "destination bit"),
@@ -107,7 +107,7 @@ def _write_btd(
     target_bit: Constant,
     length: Constant,
 ) -> None:
-    """Write code that does what `_btd` does."""
+    """Write code equivalent to `_btd`."""
     moved = rungs.values.filled(source, LINT.bits)
     rungs.values.assign(
         target,
@@ -126,7 +126,7 @@ def _clr(machine: Interpreter, target: Place) -> None:
 
 
 def _write_clr(rungs: RungWriter, target: Place) -> None:
-    """Write code that does what `_clr` does."""
+    """Write code equivalent to `_clr`."""
     rungs.values.clear_flags()
     rungs.values.assign(target, repr(target.type.zero))
     if rungs.writer.flags:

@@ -12,7 +12,7 @@ from ..model.operands import Group, Resolved
 def prescan_sets(position: int, **members: bool | int) -> Callable[..., None]:
     """Return a prescan function that sets members of the structure at an operand position.
 
-    Prescan sets an edge bit so that a rung that is true in the first scan does not count as an edge.
+    Prescan sets an edge bit, so a rung that is true in the first scan does not count as an edge.
     """
 
     def prescan(machine: Interpreter, *operands: Resolved) -> None:

@@ -1,7 +1,7 @@
 """Shift instructions: bits of an array, and queues and stacks of elements.
 
-They act when the rung goes true; .EN (.EU for FFU and LFU) stores the rung's state. For queues, prescan
-sets this bit, so that a rung that is true at power-up loads and unloads nothing. For BSL and BSR, prescan
+They act when the rung goes true; .EN (.EU for FFU and LFU) stores the rung's state. For queues, prescan sets
+this bit, so a rung that is true at power-up loads and unloads nothing. For BSL and BSR, prescan
 clears it.
 """
 
@@ -46,7 +46,7 @@ def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], 
 
 
 def _move_bits(machine: Interpreter, array: Resolved, control: Control, source: Place, *, left: bool) -> None:
-    """Shift the array by one bit; the source comes in, and UL gets the bit that leaves LEN bits."""
+    """Shift the LEN bits by one. The source is shifted in, and UL receives the bit that is shifted out."""
     elements, length = Elements(machine, array), control["LEN"]
     if not length:
         control.set(DN=True, POS=0)

@@ -1,6 +1,7 @@
 """Statements of structured text as instructions.
 
-They are not in `FAMILIES`, because they never appear in rungs. `lowering.statements` makes steps with them.
+They are not in `FAMILIES`, because they never appear in rungs. `lowering.statements` converts statements to
+steps with these instructions.
 """
 
 from __future__ import annotations

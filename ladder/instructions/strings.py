@@ -33,7 +33,7 @@ def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
 
 
 def _value(machine: Interpreter, operand: Resolved, width: int | None) -> Any:
-    """Return the operand's characters or its number; None after the fault of a string that is too long."""
+    """Return the operand's characters or its number; None if a string is too long, which is a fault."""
     if isinstance(operand, (Group, StringConstant)):
         return _read(machine, operand)
     return machine.number(operand, width_of(operand) if width is None else width)
@@ -56,7 +56,7 @@ def _row(
     converts = store_number is _put_number  # the function of the instruction converts to the target's type
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
-        """Store the result for the sources in the target; after a fault, the target stays."""
+        """Store the result for the sources in the target; after a fault, the target is unchanged."""
         *sources, target = operands
         values = [_value(machine, source, width) for source in sources]
         if any(value is None for value in values):
@@ -133,7 +133,7 @@ def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]
 def _texts_after(
     rungs: RungWriter, texts: dict[str, str], target: Resolved, stored: StringPlace | None, result: str
 ) -> dict[str, str]:
-    """Return the variables with strings after an instruction that began with `texts`, by place."""
+    """Return the variables with strings after an instruction, by place; `texts` are those before it."""
     if stored is not None:
         return {**texts, str(stored): result} if stored.byte.isdigit() else {}
     assert isinstance(target, Place)
@@ -196,7 +196,7 @@ _INLINE = {
     "LOWER": "{}.lower()",
     "STOD": "int({0}) if len({0}) < 10 and {0}.isdigit() else {call}",
 }
-"""Code of instructions that are a single expression: DTOS for integers, STOD to DINT or a longer type.
+"""Code for instructions that are a single expression: DTOS for integers, STOD to DINT or a longer type.
 
 `call` records the fault for a position out of range, and reads numbers in other formats.
 """

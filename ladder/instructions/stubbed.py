@@ -1,7 +1,7 @@
 """The base row of the `Spec` of a stubbed instruction; see `stubs`.
 
 rung      ____|‾‾‾‾|_____________
-EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
+EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand with EN and DN
 IP        ____|‾‾‾‾‾‾|___________     for the time that the stub names
 DN, ER    ___________|‾‾‾‾‾‾‾‾‾‾‾     until the next rising rung; PC like DN
 """
@@ -78,7 +78,7 @@ class TimedCall:
 
 
 def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:
-    """Return the members of the first operand with EN and DN; raise an OperandError if there is none."""
+    """Return the members of the first operand with EN and DN; raise an OperandError if none has them."""
     for operand in operands:
         if isinstance(operand, Group) and operand.find_member("EN") and operand.find_member("DN"):
             assert isinstance(operand.type, Structure)
@@ -91,7 +91,7 @@ def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> 
 
 
 def _time_call(machine: Interpreter, power: bool, stub: Ending, timed: TimedCall) -> bool:
-    """Begin the instruction on a rising rung, or end it after the stub's time; return the power."""
+    """Begin the instruction on a rising rung, or end it after the stub's time; return the power after it."""
     state = {name: machine.truth(machine.get(place)) for name, place in timed.bits.items()}
     ended = state["DN"] or state.get("ER", False)
     if not state["EN"]:
@@ -150,7 +150,7 @@ def stub_spec(name: str, stub: Stub) -> Spec:
     """Return the spec of a stubbed instruction; its name is in capitals."""
 
     def resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
-        """Return the stub, and what it needs of the operands; see `_run`."""
+        """Return the stub, and the operands that it needs; see `_run`."""
         if isinstance(stub, Power):
             return (stub,)
         resolved = tuple(_resolved(resolver, argument) for argument in operands)

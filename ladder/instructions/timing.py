@@ -40,7 +40,7 @@ def _start_time(machine: Interpreter, timer: Group) -> None:
 
 
 def _reached(machine: Interpreter, timer: Group) -> bool:
-    """Return whether ACC has reached PRE; fault if one of them is negative."""
+    """Return whether ACC has reached PRE; fault if either is negative."""
     preset, accumulated = (machine.whole(machine.get(timer.member(name))) for name in ("PRE", "ACC"))
     if preset < 0 or accumulated < 0:
         machine.fault_log.negative_timer(machine.site, timer.text, preset, accumulated)
@@ -264,7 +264,7 @@ def _on_delay(name: str, **off: bool | int) -> Spec:
 def _counter(name: str, enable: str, step: int) -> Spec:
     """Return the row of CTU or CTD.
 
-    Prescan sets `enable`, so that a rung that stays true does not count.
+    Prescan sets `enable`, so a rung that is already true does not count.
     """
     return always(
         name,

@@ -1,7 +1,7 @@
 """Trigonometric and advanced math instructions, and the conversions of angles.
 
-They compute in LREAL if an operand or the destination is LREAL, else in REAL. If the source is finite and the
-result is not (ASN of 2, LN of 0), it is an overflow, which sets S:V and causes a minor fault 4/4.
+They compute in LREAL if an operand or the destination is LREAL, else in REAL. If the source is finite but the
+result is not (ASN of 2, LN of 0), this is an overflow. An overflow sets S:V and causes a minor fault 4/4.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class Elements:
     """Elements of an array, starting at the operand, along one or all dimensions; a bad index faults."""
 
     def __init__(self, machine: PlaceValues, operand: Resolved, dimension: int | None = None) -> None:
-        """Find the elements from the operand on: all, or those along one dimension."""
+        """Find the elements that start at the operand: all elements, or the elements along one dimension."""
         self._machine = machine
         self._store, self._region, self._first = machine.end(operand)
         self.type: DataType = self._region.type

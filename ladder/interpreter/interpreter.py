@@ -1,7 +1,8 @@
 """The interpreter: it executes a lowered program step by step, as the reference for the compiler.
 
-Power flows from left to right. An input reached by power decides the power after it; an output reached by
-power acts. Each instruction's function is in its `Spec`. This module executes rungs, branches, statements,
+Power flows from left to right. An input instruction reached by power determines the power after it. An output
+instruction reached by power acts. Each instruction's function is in its `Spec`. This module executes rungs,
+branches, statements,
 calls of routines, prescan and postscan.
 """
 
@@ -41,7 +42,7 @@ Caller = Callable[[str, Sequence[Passed]], Sequence[Passed]]
 
 
 LINES_OF_CALL = 30
-"""Number of rungs that a call of an add-on instruction counts for."""
+"""Number of rungs that a call of an add-on instruction counts as."""
 
 
 class _Jump(Exception):  # noqa: N818 - control flow, not an error
@@ -77,7 +78,7 @@ class Interpreter(PlaceValues):
         self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
 
     def scan(self, now_ns: int) -> None:
-        """Run the main routine once, or the due tasks; may raise a LadderFault."""
+        """Run the main routine once, or the due tasks; can raise a LadderFault."""
         if self.scheduler is not None:
             self.scheduler.scan(now_ns, self._scheduled)
             return
@@ -87,7 +88,7 @@ class Interpreter(PlaceValues):
         self.run(self.lowered.main, ())
 
     def _scheduled(self, name: str, now_ns: int) -> None:
-        """Run a routine at the given instant, and restore the present one afterward."""
+        """Run a routine at the given instant, and restore the current instant afterward."""
         outer_now_ns, self.now_ns = self.now_ns, now_ns
         try:
             self.run(name, ())
@@ -108,7 +109,7 @@ class Interpreter(PlaceValues):
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
         """Run a routine's structured text, or its rungs with jumps.
 
-        Each jump backward counts toward a fault. After each rung of a preempted routine, the scheduler may
+        Each jump backward counts toward a fault. After each rung of a preempted routine, the scheduler can
         run other tasks.
         """
         if routine.body is not None:
@@ -183,7 +184,7 @@ class Interpreter(PlaceValues):
         self._body(body, inputs)
 
     def _arms(self, arms: Arms, inputs: Sequence[Passed]) -> None:
-        """Run the body of the first arm whose condition is true, otherwise of ELSE."""
+        """Run the body of the first arm with a true condition, otherwise the body of ELSE."""
         for line, body in arms.arms:
             if self._line(line, inputs, statement=True):
                 self._inside(line, body, inputs)
@@ -192,7 +193,7 @@ class Interpreter(PlaceValues):
         self._inside(last_line, arms.otherwise, inputs)
 
     def _selection(self, selection: Selection, inputs: Sequence[Passed]) -> None:
-        """Run the body of the first choice whose range contains the selector, otherwise of ELSE."""
+        """Run the body of the first choice that contains the selector, otherwise the body of ELSE."""
         self._line(selection.line, inputs, statement=True)
         value = self.selected
         for ranges, body in selection.choices:
@@ -258,7 +259,7 @@ class Interpreter(PlaceValues):
     def handed(self, operand: Place | Group) -> InterpretedAddOnStore:
         """Return an operand as a store for an add-on instruction.
 
-        An argument of the calling add-on instruction, or a part of one, is passed on as the tag that it is.
+        An argument of the calling add-on instruction, or a part of one, is passed on as the original tag.
         """
         leaf = first_leaf(operand)
         indexed_dims = self.dims_of(leaf)[: len(operand.indices)]
@@ -322,8 +323,8 @@ class Interpreter(PlaceValues):
     def prescan(self, name: str | None = None) -> None:
         """Prescan a routine and the routines it calls, by default all main routines in task order.
 
-        Prescan ignores jumps. It skips an instruction with a subscript out of range, because the subscript
-        may not be set yet.
+        Prescan ignores jumps. It skips an instruction with a subscript out of range, because the subscript is
+        possibly not set yet.
         """
         if name is None:
             schedule = self.lowered.schedule
@@ -341,7 +342,7 @@ class Interpreter(PlaceValues):
             yield from line.steps
 
     def _prescan_step(self, step: LoweredStep) -> None:
-        """Prescan an instruction; skip it at a fault of its own."""
+        """Prescan an instruction; skip it if it faults."""
         self.site = step.site
         if step.spec.prescan is None:
             return

@@ -64,7 +64,7 @@ class PlaceValues:
         return flat
 
     def dims_of(self, leaf: Leaf) -> tuple[int, ...]:
-        """Return the dimensions of a leaf; an array argument is as long as its remaining elements."""
+        """Return the dimensions of a leaf; an array argument has the length of its remaining elements."""
         if leaf.outer != 1:
             return leaf.dims
         return (self.frame[leaf.root].left, *leaf.dims[1:])
@@ -152,12 +152,12 @@ class PlaceValues:
         put(store, region, first, count, data)
 
     def bytes_of(self, value: int, size: int) -> bytes:
-        """Return the low bytes of an integer, the lowest first, padded with 0."""
+        """Return the low bytes of an integer, lowest first, padded with 0."""
         low = (value & (1 << 64) - 1).to_bytes(8, "little")
         return low.ljust(size, b"\0")[:size]
 
     def integer_in(self, data: bytes) -> int:
-        """Return the unsigned integer in bytes, the lowest first."""
+        """Return the unsigned integer in bytes, lowest first."""
         return int.from_bytes(data, "little")
 
     def start_clock(self, since: Place) -> None:
@@ -165,7 +165,7 @@ class PlaceValues:
         self.put(since, self.now_ns)
 
     def elapsed(self, since: Place, unit_ns: int) -> int:
-        """Return the whole units of time since the instant in a hidden place, and advance it by them."""
+        """Return the whole units of time since the instant in a hidden place; advance the instant by them."""
         last = int(self.get(since))
         units = (self.now_ns - last) // unit_ns
         self.put(since, last + units * unit_ns)
@@ -196,7 +196,8 @@ class PlaceValues:
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Value:
         """Return the result of an operator in a width.
 
-        A zero divisor is a minor fault, and returns the dividend. An overflow is one too, and wraps.
+        A zero divisor is a minor fault, and the dividend is returned. An overflow is also a minor fault, and
+        wraps.
         """
         if width <= 0:
             return self._calculate_real(name, values, width)
@@ -225,7 +226,8 @@ class PlaceValues:
     def store(self, place: Place, value: Value) -> None:
         """Convert a value to the type of a place and store it there.
 
-        Record a minor fault if it does not fit, and set the flags from the stored value. A BOOL does neither.
+        Record a minor fault if it does not fit, and set the flags from the stored value. A BOOL causes no
+        fault and sets no flags.
         """
         kind = place.type
         if kind.is_bool:
@@ -267,7 +269,7 @@ class PlaceValues:
         self.store(target, self.number(expression, width))
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> bool:
-        """Return whether S:C is set: by a carry of +, a borrow of -, or NEG of a number that is not 0."""
+        """Return whether S:C is set: by a carry of +, a borrow of -, or NEG of a nonzero number."""
         if name not in ("+", "-", "NEG"):
             return False
         mask = (1 << width) - 1
@@ -298,7 +300,7 @@ class PlaceValues:
         set_text_in(*self.string(target), value)
 
     def characters(self, name: str) -> Callable[..., Any]:
-        """Return the function that a string instruction computes."""
+        """Return the function that computes a string instruction."""
         return CHARACTERS[name]
 
     def string(self, operand: Group) -> tuple[Store, Layout, str, int]:
@@ -318,7 +320,7 @@ class PlaceValues:
         return store, region, region.first(lambda i, n: self.subscript(i, n, region.text), dims)
 
     def _region(self, operand: Resolved) -> ArrayRegion:
-        """Return the region of an operand, from a cache by its identity."""
+        """Return the region of an operand; it is cached by the operand's identity."""
         cached_operand, region = self._regions.get(id(operand), (None, None))
         if region is None or cached_operand is not operand:  # an id may be used again
             if len(self._regions) >= MOST_REGIONS:

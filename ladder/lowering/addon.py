@@ -2,7 +2,7 @@
 
 A definition has parameters, local tags and up to four routines of rungs. An instance is a tag of the
 definition's type; its members are EnableIn, EnableOut, the parameters passed by value, and the local
-tags. A call names the instance, then the arguments of the required parameters:
+tags. The operands of a call are the instance and the arguments of the required parameters:
 
     INSTRUCTION Average
     INPUT A : DINT REQUIRED
@@ -21,12 +21,12 @@ A call depends on the scan mode [1756-PM010]:
 |---|---|---|---|
 | the rung is true | copied in | Logic runs | copied out |
 | it is false | copied in | EnableInFalse runs | copied out |
-| it is false, no EnableInFalse | copied in | nothing | stay |
+| it is false, no EnableInFalse | copied in | nothing | unchanged |
 | prescan | copied in | Logic is prescanned, then Prescan runs | copied out |
 | postscan, of an SFC action | copied in | Logic is postscanned, then Postscan runs | copied out |
 
-Only required parameters are copied. The rung condition after the call is EnableOut, which follows
-the rung unless a routine writes it.
+Only required parameters are copied. The rung condition after the call is EnableOut. EnableOut follows the
+rung unless a routine writes it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ ROUTINES = (LOGIC, OTHERWISE, PRESCAN, POSTSCAN)
 """Roles of routines in a definition; only Logic is mandatory."""
 
 ENABLES = ("EnableIn", "EnableOut")
-"""Members of every instance that have the rung condition before the call and after it."""
+"""Members of every instance that contain the rung condition before and after the call."""
 
 REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
 """Instructions not allowed in a definition, because it can't call routines [1756-PM010]."""
@@ -226,7 +226,7 @@ class AddOn:
         return Structure(self.name, tuple(members))
 
     def routine(self, name: str) -> Routine | None:
-        """Return a routine by its name in any case; None if there is none."""
+        """Return a routine by its name in any case; None if it does not exist."""
         return next((routine for routine in self.routines if routine.name.upper() == name.upper()), None)
 
 
@@ -241,7 +241,7 @@ def specs_of(
 
 
 def _is_always_known(address: Address) -> bool:
-    """Return whether an address is a status flag, TRUE or FALSE, which need no declaration."""
+    """Return whether an address needs no declaration: a status flag, TRUE or FALSE."""
     name = address.name.upper()
     return name.startswith("S:") or (name in TRUTHS and not address.steps)
 

@@ -1,7 +1,7 @@
 """Axes of a program. An axis on a 3601 has a block that runs after every scan; other axes are ideal.
 
 An axis `Feed` adds the tags `Feed_3601`, an AXIS_3601, and `Feed_Module`, the instance of `Amci3601` that
-owns the module's words; the routine `Axes3601` calls all of them. Motion instructions use the block, see
+owns the module's words; the routine `Axes3601` calls all instances. Motion instructions use the block; see
 `instructions.motion_3601`. For ideal axes see `instructions.ideal_axis`.
 """
 
@@ -67,7 +67,7 @@ def axis_tags(axes: Axes | None) -> Iterator[Tag]:
 
 
 def with_blocks(add_ons: Mapping[str, AddOn], axes: Axes | None) -> Mapping[str, AddOn]:
-    """Return add-on instructions, with the 3601's block if the rack names axes."""
+    """Return add-on instructions, including the 3601's block if the rack names axes."""
     return {**add_ons, BLOCK: axes.block} if axes else add_ons
 
 
@@ -101,7 +101,7 @@ def _resolved_axis(lowering: Lowering, name: str, problems: list[Problem]) -> Gr
 
 
 def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
-    """Lower the routine that calls the blocks, and note the axes on 3601s; return the problems."""
+    """Lower the routine that calls the blocks, and record the axes on 3601s; return the problems."""
     problems: list[Problem] = []
     bound: dict[str, BoundAxis] = {}
     rungs: list[Rung] = []

@@ -1,4 +1,4 @@
-"""Arguments of add-on calls, which are the instance and the checked argument of every InOut."""
+"""Arguments of add-on calls: the instance, and the checked argument of every InOut."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ _MODELS = {Layout.SMD: 1, Layout.ANF2: 2}
 
 
 def model_number(words: ModuleWords | None) -> int:
-    """Return a module's value of `MODEL`, see `files.drive_blocks`; 0 unless it is a networked drive."""
+    """Return a module's `MODEL` value (see `files.drive_blocks`); 0 unless it is a networked drive."""
     model = None if words is None else model_of(words)
     return 0 if model is None else _MODELS[model.layout]
 
@@ -74,7 +74,7 @@ MODULE_TAG = "scanrack_module_"
 
 
 def _resolve_argument(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
-    """Resolve an argument; for an InOut of type MODULE, a module's name precedes a tag's."""
+    """Resolve an argument; for an InOut of type MODULE, a module's name has precedence over a tag's name."""
     if inout.type.name.upper() == MODULE and not argument.steps:
         try:
             return resolver.address(Address(f"{MODULE_TAG}{argument.name}"))
@@ -98,7 +98,7 @@ def _check_argument(definition: AddOn, required: Tag, argument: Address, resolve
 
 
 def _has_dims(required: tuple[int, ...], resolved: Place | Group) -> bool:
-    """Return whether an argument fits the dimensions of an InOut; a row may be longer than required."""
+    """Return whether an argument fits the dimensions of an InOut; a row can be longer than required."""
     dims = resolved.dims
     if len(required) == 1:
         return len(dims) == 1 and (required[0] == OPEN or required[0] <= dims[0])

@@ -1,4 +1,4 @@
-"""Lowering of sequential function charts to conditions and statements like those of structured text.
+"""Lower sequential function charts to conditions and statements, as in structured text.
 
     IF begin(chart) THEN                       paused, or first started; see `instructions.charts`
         clock(chart)
@@ -252,7 +252,7 @@ class ChartLowering:
         )
 
     def _lower_step(self, chart: LoweredChart, node: ChartNode, tree_step: ChartStep) -> Arms:
-        """Lower a step: presets, timer, actions and end; while it is inactive, only lasting actions."""
+        """Lower a step: presets, timer, actions and end; if inactive, only lasting actions."""
         self._start_element(tree_step.number, tree_step.origin)
         text, active = f"step {node.name}", node.bits["X"]
         condition: Resolved = active
@@ -271,7 +271,7 @@ class ChartLowering:
     def _lasting_arms(
         self, chart: LoweredChart, node: ChartNode, tree_step: ChartStep
     ) -> tuple[tuple[LoweredLine, Body], ...]:
-        """Lower the actions that may be on while their step is inactive."""
+        """Lower the actions that can be on while their step is inactive."""
         lasting = tuple(action for action in node.actions if action.outlives)
         if not lasting:
             return ()
@@ -288,7 +288,7 @@ class ChartLowering:
         return tuple(self._lower_action(chart, action, origins[action.number]) for action in actions)
 
     def _lower_action(self, chart: LoweredChart, action: ChartAction, origin: Origin) -> Arms:
-        """Lower an action, whose body runs while it is on; a Boolean action has no body."""
+        """Lower an action. Its body runs while the action is on; a Boolean action has no body."""
         self._start_element(action.number, origin)
         text = f"step {action.node.name}, action {action.name} ({action.qualifier.value})"
         head = self._line(text, ACT, chart, action, action.tag)
@@ -298,7 +298,7 @@ class ChartLowering:
         return Arms(((head, (Act(call),)),), ())
 
     def _lower_transition(self, chart: LoweredChart, transition: ChartTransition, tree: Transition) -> Arms:
-        """Lower a transition, which sets its tag once its steps have run, and fires if it is true.
+        """Lower a transition. It sets its tag once its steps have run, and fires if its condition is true.
 
         Store its condition, and the condition's text, in `transition`.
         """

@@ -1,4 +1,4 @@
-"""Checks of a whole program for errors, such as missing routines, and for likely mistakes."""
+"""Check a whole program for errors, such as missing routines, and for likely mistakes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ _EXCLUSIVE = {
     Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot its own bit"),
     Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung its own timer, or join the rungs"),
 }
-"""Uses that should occur only once per place, with the name of the allowance, text and remedy."""
+"""Uses that should occur only once per place, each with the name of the allowance, the text and the
+remedy."""
 
 IDEAL = {*ideal_moves.STARTERS, *ideal_moves.GROUP_ACTIONS, *ideal_systems.STARTERS}
 """Motion instructions of ideal axes, their group and coordinate systems."""
@@ -140,7 +141,7 @@ def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Prob
 
 
 def exclusive_places(step: LoweredStep) -> Iterator[tuple[Use, Place | Group, object]]:
-    """Yield an instruction's operands in uses that should occur once per place, with a key per place."""
+    """Yield an instruction's operands whose uses should occur once per place, each with a key."""
     for use, operand in zip(step.uses, step.operands, strict=False):
         place = _identity(use, step.name, operand) if use in _EXCLUSIVE else None
         if place is not None and isinstance(operand, Place | Group):
@@ -165,7 +166,7 @@ def _identity(use: Use, name: str, operand: object) -> object:
 def _all_steps(
     lowered: LoweredProgram, *, copies: bool = True
 ) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep]]:
-    """Yield the instructions whose operands are right, each with its routine and its rung or line.
+    """Yield the instructions with valid operands, each with its routine and its rung or line.
 
     Args:
         copies: whether the copies of add-on parameters are included.
@@ -188,7 +189,7 @@ def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str,
 
 
 def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:
-    """Yield a problem for each jump, call or event whose target is missing or does not fit."""
+    """Yield a problem for each jump, call or event with a missing or unsuitable target."""
     for line in routine.lines:
         for step in line.all_steps:
             problem = _jump_problem(lowered, routine, step) if step.operands else None
@@ -199,7 +200,7 @@ def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem
 def _jump_problem(
     lowered: LoweredProgram, routine: LoweredRoutine, step: LoweredStep
 ) -> tuple[str, str] | None:
-    """Return the text and remedy of the problem with an instruction's target; None if there is none."""
+    """Return the text and remedy of a problem with an instruction's target, or None."""
     target = step.operands[0]
     if step.name == "JMP" and target not in routine.labels:
         return f"no label {target} in the routine", "add LBL, or correct the name"
@@ -352,7 +353,7 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield problems with copies of single bytes that may end in the middle of an output image's word."""
+    """Yield problems with copies of single bytes that can end in the middle of a word of an output image."""
     longest = max((image.size for image in lowered.layout.images if image.output), default=0)
     if not longest:
         return
@@ -374,7 +375,7 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
-    """Return the InOuts that get words of an output image, as add-on and InOut names in capitals."""
+    """Return the InOuts that receive words of an output image, as add-on and InOut names in capitals."""
     operands = chain.from_iterable(step.operands for _, _, step in _all_steps(lowered))
     calls = [operand for operand in operands if isinstance(operand, AddOnCall)]
     handed: set[tuple[str, str]] = set()
@@ -393,7 +394,7 @@ def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
 
 
 def _may_end_in_a_byte(source: ArrayRegion, size: int) -> bool:
-    """Return whether a copy may end after an odd byte because the source is shorter than `size`."""
+    """Return whether a copy can have an odd byte count because the source is shorter than `size`."""
     if source.size % 2 == 0:
         return False
     first = source.fixed_first

@@ -140,7 +140,7 @@ class Controller(LadderLogic):
 
     @property
     def overlaps(self) -> dict[str, int]:
-        """Overlaps by task name: how often the task came due again before it had run."""
+        """Overlaps by task name: the number of times that the task was due again before it had run."""
         schedule = self.build().schedule
         tasks = schedule.tasks if schedule else ()
         return {task.task.name: int(self.engine.memory.read(task.overlaps)) for task in tasks}
@@ -173,7 +173,7 @@ class Controller(LadderLogic):
         return [program.name for program in self.programs]
 
     def _task_problems(self) -> Iterator[Problem]:
-        """Yield problems with the tasks, and with the programs that they name."""
+        """Yield problems with the tasks, and with the programs assigned to them."""
         controller_place = f"controller {self.name}"
         if not self.programs:
             yield Problem(controller_place, "", "no program", "add a program")

@@ -18,4 +18,4 @@ DIALECTS: Mapping[str, Mapping[str, Spec]] = {LOGIX: BY_NAME, SLC: SLC_SPECS}
 Hooks = tuple[tuple[Callable[[Any, bool], None], ...], tuple[Callable[[Any], None], ...]]
 
 HOOKS: Mapping[str, Hooks] = {LOGIX: ((), ()), SLC: ((before_scan,), (after_scan,))}
-"""What the processor does before and after each scan; see `LoweredProgram.opening` and `closing`."""
+"""Functions of the processor before and after each scan; see `LoweredProgram.opening` and `closing`."""

@@ -28,7 +28,7 @@ from .runnable import LadderLogic
 from .text import parse_rung
 
 NUMBERS = ("DINT", "INT", "SINT", "LINT", "REAL")
-"""Numeric types, which an operand's uses can't distinguish."""
+"""Numeric types, between which an operand's uses can't distinguish."""
 
 _JUMPS = ("JMP", "JSR", "FOR", "SBR", "RET", "JXR")
 """Instructions that name a label or a routine."""
@@ -71,14 +71,14 @@ class FileChange(NamedTuple):
 
 
 class Rewritten(NamedTuple):
-    """The bytes of a program's file after edits, and what changed in it."""
+    """The bytes of a program's file after edits, and its changes."""
 
     data: bytes
     changes: tuple[FileChange, ...]
 
 
 def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[FileChange]:
-    """Yield the changes that edits make to a file without rung numbers."""
+    """Yield the changes that edits make to a file that has no rung numbers."""
     for edit in edits:
         if edit.rung != BEFORE_FIRST and not edit.keeps:
             change = "its text is edited" if edit.texts else "it is deleted"
@@ -123,7 +123,7 @@ def _exclusive_places_in(line: LoweredLine) -> Iterator[object]:
 
 
 class RungIndex:
-    """Rungs of a running program that edits to other rungs may affect; built once for many edits."""
+    """Rungs of a running program that edits of other rungs can affect; built once for many edits."""
 
     def __init__(self, program: LadderLogic) -> None:
         # routines in capitals and lines, by exclusive place
@@ -142,7 +142,7 @@ class EditedProgram:
 
     Args:
         program: the running program, which is not changed.
-        edits: at most one for a rung.
+        edits: at most one per rung.
         tags: the new tags.
         index: index of the program; None to build one.
 
@@ -152,7 +152,7 @@ class EditedProgram:
         mistakes: mistakes in other rungs and in the whole program, with their places.
 
     Raises:
-        LadderError: an edit of a rung that does not exist, or a tag that can't be declared.
+        LadderError: an edited rung does not exist, or a new tag can't be declared.
     """
 
     def __init__(
@@ -190,7 +190,7 @@ class EditedProgram:
         return not (self.mistakes or self.missing or any(rung.mistakes for rung in self.rungs))
 
     def _new_tag(self, new: NewTag) -> Tag:
-        """Return the declaration of a new tag; raise a LadderError for a wrong name or type."""
+        """Return the declaration of a new tag; raise a LadderError for an invalid name or type."""
         full_name = scoped(new.program, new.name)
         if not re.fullmatch(TAG_NAME, new.name) or len(new.name) > 40:
             raise LadderError(f"{new.name!r} is not a tag name; use a letter, then letters, digits and _")
@@ -275,7 +275,7 @@ class EditedProgram:
                 self._add_mistake(problem, warns=True)
 
     def _affected_routines(self) -> dict[str, LoweredRoutine]:
-        """Return all routines, with edited lines and other lines that an edit may invalidate."""
+        """Return all routines, with edited lines and other lines that an edit can invalidate."""
         lines = {name: list(rungs) for name, rungs in self._edited_lines.items()}
         places = {
             place
@@ -301,7 +301,7 @@ class EditedProgram:
         }
 
     def _add_mistake(self, problem: Problem, *, warns: bool) -> None:
-        """Add a problem to its edited rung; in other rungs, only a mistake counts."""
+        """Add a problem to its edited rung; in other rungs, add only mistakes."""
         text = f"{problem.text}; {problem.remedy}"
         for rung in self.rungs:
             rung_key = rung.edit.routine.upper(), rung.number
@@ -348,14 +348,14 @@ class EditedProgram:
 
 
 def types_of(program: LadderLogic) -> dict[str, DataType]:
-    """Return the types that a new tag may have, by name in capitals."""
+    """Return the possible types of a new tag, by name in capitals."""
     structures = {structure.name: structure for structure in program.structures()}
     blocks = {add_on.name: add_on.structure for add_on in program.add_ons.values()}
     return {name.upper(): kind for name, kind in {**PREDEFINED_TYPES, **structures, **blocks}.items()}
 
 
 def element_of(rung: Rung, problem: Problem) -> int | None:
-    """Return the number of the instruction that a problem is about; None for the whole rung."""
+    """Return the number of the instruction with the problem; None for the whole rung."""
     for number, instruction in enumerate(instructions_of(rung.series)):
         if problem.site.instruction and str(instruction) == problem.site.instruction:
             return number

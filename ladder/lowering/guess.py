@@ -42,16 +42,17 @@ class Guess:
 
     @property
     def root(self) -> Guess:
-        """The guess that has the evidence, which is this one or the last of its twins."""
+        """The guess that collects the evidence: this guess, or the last of its twins."""
         guess = self
         while guess.twin is not None:
             guess = guess.twin
         return guess
 
     def same_as(self, other: Guess) -> None:
-        """Note that both have the same type, such as a queue and a value loaded into it.
+        """Note that both tags have the same type, such as a queue and a value loaded into it.
 
-        This guess takes the evidence of the other one, and so do members of the same name.
+        This guess receives the evidence of the other guess. Members of the same name are joined in the same
+        way.
         """
         own_root, other_root = self.root, other.root
         todo = [(own_root, other_root)]
@@ -140,7 +141,7 @@ class Guess:
         return next((vote for vote in self.root.votes if isinstance(vote, Structure)), None)
 
     def _with_members(self, needed: DataType, path: str) -> DataType:
-        """Add the undocumented members in use to an axis type; return any other type unchanged."""
+        """Return an axis type with the undocumented members in use; return any other type unchanged."""
         if not isinstance(needed, Structure) or not is_axis(needed):
             return needed
         added = tuple(member for member in self.own_members(path) if needed.member(member.name) is None)
@@ -168,7 +169,7 @@ class Guess:
 
 
 def add_kind(kinds: list[DataType], kind: DataType) -> None:
-    """Add a type only once, because a tag may have thousands of uses."""
+    """Add a type only once, because a tag can have thousands of uses."""
     if all(known is not kind for known in kinds):
         kinds.append(kind)
 

@@ -37,16 +37,16 @@ from .runnable import LadderLogic
 class Program(LadderLogic):
     """Tags and routines, either standalone or as part of a `Controller`.
 
-    A fault routine runs on a major fault of an instruction and may clear it (`SSV`); the rest of the
-    program's scan is then skipped. `LadderLogic` documents running it.
+    A fault routine runs on a major fault of an instruction and can clear it (`SSV`). The rest of the
+    program's scan is then skipped. For running a program, see `LadderLogic`.
 
     Attributes:
         main: the routine that a scan calls; by default the first one.
         fault: the routine that a major fault calls, or None.
 
     Args:
-        allow: suppressed warnings, see `checks.ALLOWANCES`.
-        dialect: instruction set, see `instructions.dialects`.
+        allow: suppressed warnings; see `checks.ALLOWANCES`.
+        dialect: instruction set; see `instructions.dialects`.
     """
 
     kind = "program"
@@ -109,7 +109,7 @@ class Program(LadderLogic):
         return self.main or next(iter(self.names), None)
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
-        """Add a routine of rungs by calling a function now; it calls its argument `rung` for each rung."""
+        """Add a routine of rungs by calling a function, which calls its argument `rung` for each rung."""
         maker = RungMaker(self.specs)
         function(maker)
         self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))

@@ -1,4 +1,4 @@
-"""The Python front end: a rung is a call, and reads from left to right like the rung.
+"""The Python front end: each rung is a call, with its elements from left to right.
 
 | Python | rung text |
 |---|---|
@@ -9,7 +9,7 @@
 | `rung(count.ACC >= 10, MOV(count.ACC, total))` | `GEQ(Count.ACC,10)MOV(Count.ACC,Total);` |
 | `rung(a * 2 > b, CPT(c, (a + b) / 2))` | `CMP(a*2>b)CPT(c,(a+b)/2);` |
 
-Brackets are parallel, parentheses a series inside them, a tag is XIC, `~` is XIO, and a
+Brackets are parallel branches, parentheses are a series in a branch, a tag is XIC, `~` is XIO, and a
 comparison is the compare instruction.
 """
 
@@ -29,14 +29,14 @@ from .text import parse_rung
 
 
 class RungMaker:
-    """The argument of a routine's function, to be called once per rung with instructions from `specs`."""
+    """The argument of a routine's function. Call it once per rung; its instructions are from `specs`."""
 
     def __init__(self, specs: Mapping[str, Spec] = BY_NAME) -> None:
         self.rungs: list[Rung] = []  # the rungs so far
         self._specs = specs
 
     def __call__(self, *elements: object, comment: str = "") -> None:
-        """Add a rung of tags, instructions, lists as branches, or of one str as rung text."""
+        """Add a rung from tags, instructions and lists (branches), or from one str with rung text."""
         caller = sys._getframe(1)
         origin = Origin(caller.f_code.co_filename, caller.f_lineno)
         try:
@@ -85,7 +85,7 @@ def _element(value: object) -> Element:
 
 
 def make(name: str, *operands: object) -> Instruction:
-    """Return an instruction by its name, see `Spec`, or raise a LadderError."""
+    """Return an instruction by its name (see `Spec`), or raise a LadderError."""
     spec = BY_NAME.get(name.upper())
     if spec is None:
         raise LadderError(f"no instruction {name}")

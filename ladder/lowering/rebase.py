@@ -1,4 +1,4 @@
-"""Moving of rung edits to a later version of their program, which others may have edited."""
+"""Move rung edits to a later version of their program, which other users have possibly edited."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _rung_at(rungs: list[str], number: int) -> list[str]:
 def _without_known(
     texts: list[str], old: list[str], rungs: list[str], number: int, later_number: int
 ) -> list[str]:
-    """Return the texts of an edit, without new rungs that the later program already has."""
+    """Return the texts of an edit, except new rungs that the later program already has."""
     end = _next(old, rungs, number)
     first = 0 if number == BEFORE_FIRST else 1
     return texts[:first] if end is not None and texts[first:] == rungs[later_number + 1 : end] else texts

@@ -161,7 +161,7 @@ class Lowering:
         self._site = Site(self._program or self.lowered.name, routine.name, unit=routine.unit)
 
     def report(self, text: str, remedy: str, instruction: str = "", tag: str = "") -> None:
-        """Add a problem of the current rung, of an instruction in it, or of a missing tag."""
+        """Add a problem with the current rung, with an instruction in it, or with a missing tag."""
         site = replace(self._site, instruction=instruction, tag=tag)
         self.problems.append(Problem(site.where, self._rung_text, text, remedy, site))
 
@@ -184,7 +184,7 @@ class Lowering:
     def line(self, number: int, rung: Rung) -> LoweredLine:
         """Lower a rung of the current routine.
 
-        Report a rung that is nested too deep or has no output, and an MCR that is not last.
+        Report a rung that is nested too deeply or has no output, and an MCR that is not last.
         """
         deep = too_deep(rung.series)
         self.at(number, rung.origin, "" if deep else str(rung))
@@ -211,7 +211,7 @@ class Lowering:
         )
 
     def site(self, text: str) -> int:
-        """Number an instruction of the current rung or line."""
+        """Add an instruction of the current rung or line to the sites; return its number."""
         site = self._site
         self.lowered.sites.append(
             Site(site.program, site.routine, site.rung, text, unit=site.unit, file=site.file, line=site.line)
@@ -221,7 +221,7 @@ class Lowering:
     def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction, and report wrong operands.
 
-        A stub has precedence over an add-on instruction, and that over a built-in one.
+        A stub has precedence over an add-on instruction, which has precedence over a built-in instruction.
         """
         name = instruction.name.upper()
         stub = self._stubbed.get(name)
@@ -245,7 +245,7 @@ class Lowering:
         return LoweredStep(spec, operands, site)
 
     def _add_on_call(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
-        """Return the one operand of an add-on's call; report wrong arguments and return ()."""
+        """Return the single operand of an add-on's call; report wrong arguments and return ()."""
         try:
             instance = self._instance(definition, call)
             frame = self._frame_of(definition)
@@ -288,7 +288,7 @@ class Lowering:
     def _note_model(
         self, definition: AddOn, instance: Group, outputs: Place | Group, call: Instruction
     ) -> None:
-        """Set a networked drive's model in the instance that owns its words; report blocks without models."""
+        """Set a networked drive's model in the instance that owns its words; report blocks with no model."""
         number = model_number(self.lowered.layout.modules.get(first_leaf(outputs).slot or 0))
         if any(parameter.name == MODEL for parameter in definition.parameters):
             index = instance.member(MODEL).fixed_index
@@ -308,7 +308,7 @@ class Lowering:
         return self.lowered.frames[name]
 
     def _note_handed(self, frame: AddOnFrame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
-        """Lay out the arguments of a call in lists, and note InOuts that get bits."""
+        """Lay out the arguments of a call in lists, and note InOuts that receive bits."""
         for operand in (instance, *handed.values()):
             leaf = first_leaf(operand)
             if not leaf.frame:
@@ -318,7 +318,7 @@ class Lowering:
         )
 
     def _instance(self, definition: AddOn, call: Instruction) -> Group:
-        """Return the instance of a call; raise an OperandError if it is not one of the add-on."""
+        """Return the instance of a call; raise an OperandError if it is not an instance of the add-on."""
         instance = self.resolver.operand(call.operands[0])
         if not isinstance(instance, Group) or instance.dims or instance.type != definition.structure:
             remedy = f"declare a tag of type {definition.name} for this call"
@@ -361,7 +361,7 @@ class Lowering:
         return resolved
 
     def _keyword(self, operand: Operand) -> str:
-        """Return a keyword as structured text writes it, in capitals; "" for another operand.
+        """Return a keyword in its structured text form, in capitals; "" for another operand.
 
         Raise an OperandError for a name that is neither a tag nor a keyword.
         """
@@ -392,7 +392,7 @@ class Lowering:
         self.warnings.append(Problem(site.where, rung, text, remedy, site, "input-written"))
 
     def note_flags(self, operand: Operand) -> None:
-        """Enable the status flags if an operand names one."""
+        """Enable the status flags if an operand is a status flag."""
         if any(address.name.upper() in _KEPT_FLAGS for address in addresses_in(operand)):
             self.lowered.flags = True
 
@@ -413,7 +413,7 @@ class Lowering:
     def _note_initial(self, structure: Group, name: str, operand: Operand) -> None:
         """Note a preset in a rung as an initial value.
 
-        Raise an OperandError for a wrong number, or one that differs from another rung's.
+        Raise an OperandError for an invalid number, or a number that differs from the preset in another rung.
         """
         if isinstance(operand, Unknown):
             return
@@ -448,7 +448,7 @@ class Lowering:
     def memory(self, address: Address, *, written: bool) -> Place | Group:
         """See `OperandResolver`.
 
-        The first member of a structure stands for the structure, as in exports.
+        The first member of a structure represents the structure, as in exports.
         """
         resolved = self.resolver.address(address)
         if isinstance(resolved, Place) and address.steps and isinstance(address.steps[-1], MemberStep):
@@ -529,7 +529,7 @@ def is_input(operand: Place | Group) -> bool:
 
 
 def pass_bits_on(lowered: LoweredProgram) -> None:
-    """Mark InOuts of called add-ons that may be bits because the caller's InOut may be one."""
+    """Mark InOuts of called add-ons that can be bits because the caller's InOut can be a bit."""
     changed = True
     while changed:
         changed = False

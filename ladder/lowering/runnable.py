@@ -54,15 +54,15 @@ REFUSALS_SHOWN = 5
 class LadderLogic(ABC):
     """Tags and rungs; callable as the logic of a rack.
 
-    The first use builds the program. If that fails, one error lists all mistakes. Nothing can be declared
-    after it. A call runs the compiled program; `tags` reads and writes its memory.
+    The first use builds the program. If that fails, one error lists all mistakes. After the build, nothing
+    can be declared. A call runs the compiled program; `tags` reads and writes its memory.
 
     Raises:
         LadderError: unknown `allow` or `dialect`.
     """
 
     kind: str
-    """What messages call it."""
+    """Its name in messages."""
 
     def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
         self.name = name
@@ -116,7 +116,7 @@ class LadderLogic(ABC):
 
     @property
     def _has_status(self) -> bool:
-        """Whether the processor has a status file, which instructions use even if it is not declared."""
+        """Whether the processor has a status file. Instructions use the file even if it is not declared."""
         return self.dialect == SLC
 
     def layout_of(self, declarations: Iterable[Declaration]) -> Layout:
@@ -167,8 +167,8 @@ class LadderLogic(ABC):
 
         Args:
             name: the instruction, or a message's tag; in a controller `\Program.tag` for a program's tag.
-            text: `done after 20 ms`, `error 16#00CB after 20 ms`, `false`, `true`, see `stubs`; or a
-                function, see `stubs.InPython`.
+            text: `done after 20 ms`, `error 16#00CB after 20 ms`, `false` or `true` (see `stubs`); or a
+                function (see `stubs.InPython`).
 
         Raises:
             LadderError: the text is not a stub, or the instruction can't be stubbed.
@@ -196,7 +196,7 @@ class LadderLogic(ABC):
         self.stubs.update(stubs.by_name)
 
     def before_scans(self, hook: Callable[[Engine, bool], None]) -> None:
-        """Call a function before each scan, ahead of others, with the engine and whether it is the first."""
+        """Call a function before each scan and earlier hooks, with the engine and whether it is the first."""
         lowered = self.build()
         lowered.opening = (hook, *lowered.opening)
 
@@ -208,7 +208,7 @@ class LadderLogic(ABC):
         self.forget()
 
     def keep_values(self) -> None:
-        """Start from the initial values, without prescan; raise a LadderError if it is already running."""
+        """Start from the initial values, without prescan; raise a LadderError if the program is running."""
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already; it can't start from its initial values")
         self.keeps_values = True
@@ -303,7 +303,7 @@ class LadderLogic(ABC):
         initial: object = None,
         comment: str = "",
     ) -> Any:
-        """Declare one tag, or several of one type with spaces between their names.
+        """Declare one tag, or several tags of one type with spaces between their names.
 
         Args:
             kind: their type; for instances, the add-on instruction.
@@ -326,7 +326,7 @@ class LadderLogic(ABC):
         return refs[0] if len(refs) == 1 else refs
 
     def alias(self, name: str, target: str, type: Structure | None = None) -> TagRef:
-        """Declare a second name for an address; `type` names the parts of a module's image."""
+        """Declare a second name for an address; `type` is the structure of a module's image."""
         self.add(Alias(name, parse_address(target), type=type))
         return TagRef(parse_address(name))
 
@@ -354,7 +354,7 @@ class LadderLogic(ABC):
         self.declarations.append(declaration)
 
     def _is_name(self, name: str) -> bool:
-        """Return whether a tag may have this name; the slc dialect allows `I:2` for a slot's words."""
+        """Return whether a tag can have this name; the slc dialect allows `I:2` for a slot's words."""
         if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
             return True
         is_valid = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
@@ -461,7 +461,7 @@ class LadderLogic(ABC):
         return self.engine.minor_faults
 
     def __call__(self, scan: Any) -> None:
-        """Do one scan of a rack, see `Engine`."""
+        """Do one scan of a rack; see `Engine`."""
         (self._engine or self.engine)(scan)
 
     def __attach_logic__(self, _slots: object) -> None:
@@ -472,14 +472,14 @@ class LadderLogic(ABC):
         """Do nothing."""
 
     def step(self, ms: float = STEP_MS) -> None:
-        """Do one scan without a rack, see `Engine.step`."""
+        """Do one scan without a rack; see `Engine.step`."""
         self.engine.step(ms)
 
     def take_over(self, running: LadderLogic) -> Edit:
         """Continue from the state of another program, between two scans: an online edit.
 
-        Tags of the same name and type keep their values, new ones get their initial values, and there is
-        no prescan. The other program is unchanged.
+        Tags of the same name and type keep their values, and new tags start with their initial values. No
+        prescan runs. The other program is unchanged.
 
         Raises:
             LadderError: this program has already done a scan, or is running.
@@ -495,7 +495,7 @@ class LadderLogic(ABC):
     # --- proving
 
     def prove(self, **question: Any) -> Any:
-        """Decide a claim for every input, every scan time in a range and any number of scans.
+        """Prove or refute a property for all inputs, all scan times in a range, and any number of scans.
 
             assert program.prove(never="Fwd AND Rev")
 
@@ -503,10 +503,11 @@ class LadderLogic(ABC):
             question: one of `never`, `always` and `reachable`, a condition of structured text on the state
                 after a scan; `assume`, conditions that hold in each scan; `free`, patterns of numbers that
                 differ from scan to scan; `written_outside`, patterns of tags that an operator also writes;
-                `scan_ms`, least and most ms between two scans, 1 to 1,000 by default.
+                `scan_ms`, minimum and maximum ms between two scans, 1 to 1,000 by default.
 
         Returns:
-            The answer, a `prove.answers.Answer`: true if it is proved, or reached; its text is the scenario.
+            The answer, a `prove.answers.Answer`: true if the property is proved or the condition is reached;
+            its text is the scenario.
 
         Raises:
             LadderError: a condition can't be used, or proofs do not cover a part of the program.
@@ -558,7 +559,7 @@ def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
 
 
 def _check_status(declaration: Declaration) -> None:
-    """Raise a LadderError if a declaration does not have the words of the status file."""
+    """Raise a LadderError if a declaration lacks words of the status file."""
     needed = f"the status file of this dialect is {STATUS} : INT[{WORDS}] or longer; it needs no declaration"
     if not isinstance(declaration, Tag):
         raise LadderError(f"{declaration.name} is not a tag; {needed}")

@@ -1,7 +1,8 @@
 """Lowering of structured text.
 
-FOR becomes an assignment before the loop, a condition before each pass and an assignment after it; other
-statements keep their shape. Instructions that structured text lacks are refused with their replacement.
+FOR becomes an assignment before the loop, a condition before each pass and an assignment after each pass.
+Other statements keep their structure. The message about an instruction that structured text lacks gives its
+replacement.
 """
 
 from __future__ import annotations
@@ -41,13 +42,13 @@ class Lowerer(Protocol):
         """Start a line."""
 
     def site(self, text: str) -> int:
-        """Number an instruction of the current line."""
+        """Add an instruction of the current line to the sites; return its number."""
 
     def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction."""
 
     def report(self, text: str, remedy: str, *, tag: str = "") -> None:
-        """Add a problem of the current line."""
+        """Add a problem with the current line."""
 
     def note_flags(self, operand: Operand) -> None:
         """Enable the status flags if an operand names one."""
@@ -164,7 +165,7 @@ class StatementLowering:
         return Arms(tuple(arms), self.body(statement.otherwise or ()))
 
     def _case(self, statement: Case) -> Selection:
-        """Lower CASE; the widest of its selector and labels decides the width of comparisons."""
+        """Lower CASE; the widest type among its selector and labels determines the width of comparisons."""
         labels: list[Constant] = []
 
         def resolve() -> tuple[Any, ...]:
@@ -202,7 +203,7 @@ class StatementLowering:
             self._lowering.report(f"FOR counts in {counter}; must be an integer", "use a SINT, INT or DINT")
 
     def _pass_condition(self, statement: For, step: Operand) -> Resolved:
-        """Return the condition for another pass of FOR, that the count has not passed the last value."""
+        """Return the condition for another pass of FOR: the counter has not passed the last value."""
         count, last = self._arithmetic(statement.count), self._arithmetic(statement.last)
         increment = self._arithmetic(step)
         up, down = Calculation("<=", (count, last)), Calculation(">=", (count, last))
@@ -260,7 +261,7 @@ class StatementLowering:
         return resolved
 
     def _value(self, target: Place | Group, operand: Operand) -> Resolved:
-        """Return the value to assign; the target decides whether it is a string, a bit or a number."""
+        """Return the value to assign; the target determines whether it is a string, a bit or a number."""
         if isinstance(target, Group):
             resolved = self._resolved(operand)
             if not is_string(resolved):

@@ -1,6 +1,6 @@
-"""Selection of tags to store as bytes, which are structures used often enough as a whole.
+"""Select the tags to store as bytes: structures that are used as a whole often enough.
 
-Copying bytes costs little per value, but each use of a single value costs more than with a variable. A
+Copying bytes costs little per value, but each access to a single value costs more than with a variable. A
 tag and the InOuts that it is passed to have the same storage, because an add-on instruction is compiled once.
 """
 
@@ -30,9 +30,8 @@ _WHOLE_USES = frozenset(
 _COPY = (Use.SOURCE, Use.DESTINATION)
 
 _VALUE_NS, _COPIED_NS, _CONVERTED_NS, _FIELD_NS = 20, 12, 20, 200
-"""Costs in ns: extra cost of bytes per use of a single value, then cost of a copied value without bytes.
-
-The latter has three costs: copied singly, copied in an array of another type, and copied in a region.
+"""Costs in ns. The first is the extra cost of bytes per access to a single value. The others are the costs of
+a copied value without bytes: copied singly, in an array of another type, and in a region.
 """
 
 _MEMBERS = 4  # single values in a use of a timer and the like
@@ -42,7 +41,7 @@ _Root = tuple[str, str]
 
 
 def choose_bytes(lowered: LoweredProgram) -> None:
-    """Lay out tags and InOuts as bytes where that is faster."""
+    """Lay out tags and InOuts as bytes where this is faster."""
     uses = _Uses()
     for step in lowered.all_steps:
         uses.count_step(step)
@@ -63,12 +62,12 @@ def choose_bytes(lowered: LoweredProgram) -> None:
 
 
 def _is_large(tag: Tag) -> bool:
-    """Return whether a tag is a structure that can be stored as bytes, so it needs only one variable."""
+    """Return whether a tag is a structure that bytes can store, so it needs only one variable."""
     return isinstance(tag.type, Structure) and fits_bytes(tag.type)
 
 
 def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:
-    """Note the InOuts whose argument is a BOOL stored in bytes, which is a bit of a byte."""
+    """Note the InOuts that receive a bit of a byte, because their argument is a BOOL stored in bytes."""
     for call in calls:
         for name, operand in call.handed.items():
             leaf = first_leaf(operand)
@@ -98,7 +97,7 @@ class _Uses:
             self._count_operand(operand, step, whole=use in _WHOLE_USES)
 
     def _count_operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
-        """Count the uses of an operand and its subscripts; `whole` is whether it is used as a whole."""
+        """Count the uses of an operand and its subscripts; `whole` means that it is used as a whole."""
         if isinstance(operand, (Calculation, Call)):
             inner_operands = (
                 operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
@@ -161,7 +160,7 @@ class _Uses:
             self._parents[first] = second
 
     def _representative(self, root: _Root) -> _Root:
-        """Return the root that stands for a group, and shorten the path to it."""
+        """Return the root that represents a group, and shorten the path to it."""
         while root in self._parents:
             parent = self._parents[root]
             self._parents[root] = self._parents.get(parent, parent)

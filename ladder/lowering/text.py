@@ -6,8 +6,8 @@
     instruction = name "(" [ operand { "," operand } ] ")"
     operand    = expression | string | "?"
 
-Expressions and addresses are in `expressions`. White space is allowed anywhere between these; text printed
-from a tree has none. Names of tags keep their case; names of instructions print
+Expressions and addresses are in `expressions`. White space is allowed anywhere between these elements; text
+printed from a tree has none. Names of tags keep their case; names of instructions print
 in capitals, in their canonical form.
 """
 
@@ -101,7 +101,7 @@ class RungParser(ExpressionParser):
         return tuple(elements)
 
     def _branch(self) -> Branch:
-        """Read a branch; fail if branches are nested too deep."""
+        """Read a branch; fail if branches are nested too deeply."""
         if self._branches == BRANCHES:
             self.fail(f"at most {BRANCHES} nested branches", "another one")
         self._branches += 1
@@ -148,7 +148,7 @@ class RungParser(ExpressionParser):
             self.fail(f"{expected} operands of {spec.name}", str(len(operands)))
 
     def _operand(self, use: Use | None) -> Operand:
-        """Read an operand; its use decides whether it may be keywords, a byte order or omitted."""
+        """Read an operand; its use determines whether it can be a keyword, a byte order or omitted."""
         if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):
             return Address("")  # as in GSV(WallClockTime,,DateTime,Now)
         if use in (Use.KEYWORD, Use.LABEL, Use.ANYTHING) and (words := _WORDS.match(self.text, self.at)):
@@ -172,7 +172,7 @@ class RungParser(ExpressionParser):
         return self._characters(string) if string else super()._primary()
 
     def _characters(self, literal: re.Match[str]) -> Characters:
-        """Read a matched string literal; fail if an escape in it is wrong."""
+        """Read a matched string literal; fail if it has an invalid escape."""
         try:
             value = unquoted(literal.group(1))
         except ValueError as error:

@@ -1,9 +1,10 @@
 """Types of undeclared tags, inferred from their use.
 
 A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
-its members. A use that accepts only one type decides the type. An operand of an instruction that has a REAL
-becomes REAL. A tag with a bit access is an integer. The highest constant subscript determines the length of
-an array; with computed subscripts only, it has `COMPUTED` elements.
+its members. A use that accepts only one type determines the type. An operand of an instruction with a REAL
+operand becomes REAL. A tag with a bit access is an integer. The highest constant subscript determines the
+length of
+an array; if all subscripts are computed, it has `COMPUTED` elements.
 
 | in the program | the tag is |
 |---|---|
@@ -111,7 +112,7 @@ BY_USE: Mapping[Use, DataType] = {
     Use.COORDINATE_SYSTEM: COORDINATE_SYSTEM,
     Use.AXIS: AXIS_TYPES["AXIS_CIP_DRIVE"],
 }
-"""Type of an operand by its use."""
+"""Type that a use of an operand requires."""
 
 _LIKELY: Mapping[Use, DataType | None] = {
     Use.RESETTABLE: TIMER,
@@ -175,7 +176,7 @@ class Guesses:
         self._is_second_pass = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
-        """Collect the uses in routines, in two passes because a later use may determine an earlier one."""
+        """Collect the uses in routines, in two passes because a later use can determine an earlier one."""
         owned = list(routines)
         for _ in range(2):
             for program, routine in owned:
@@ -215,7 +216,7 @@ class Guesses:
     # --- instructions and statements
 
     def _read_instruction(self, program: str, instruction: Instruction) -> None:
-        """Note the uses of an instruction's operands, which suggest types to each other."""
+        """Note the uses of an instruction's operands; each type suggests the types of the others."""
         if instruction.name in ("GSV", "SSV"):
             self._read_attribute(program, instruction)
         uses, call_operands = self._uses(instruction.name), self._of_call(instruction.name)
@@ -262,7 +263,7 @@ class Guesses:
             self._copies.append((a, b))
 
     def _read_attribute(self, program: str, instruction: Instruction) -> None:
-        """Note a use by GSV or SSV, with the attribute as a member of the instance."""
+        """Note a use in GSV or SSV; the attribute counts as a member of the instance."""
         if len(instruction.operands) != 4:
             return
         class_name, instance, name, tag = instruction.operands
@@ -316,7 +317,7 @@ class Guesses:
         return counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
-        """Return the type that the other operands suggest: REAL, a string or a structure; else None."""
+        """Return the type that the other operands suggest: REAL, a string or a structure; otherwise None."""
         kinds = [self._kind(program, operand) for operand in operands]
         structure = next((kind for kind in kinds if isinstance(kind, Structure)), None)
         return structure or (REAL if REAL in kinds else None)
@@ -384,7 +385,7 @@ class Guesses:
                 self._read_operation(program, operand, None, bits=False)
 
     def _read_assignment(self, program: str, statement: Assignment) -> None:
-        """Note the uses in an assignment, whose sides suggest types to each other."""
+        """Note the uses in an assignment; the type of each side suggests the type of the other."""
         value, target = statement.value, statement.target
         kind = self._kind(program, target) or self._kind(program, value)
         structure = kind if isinstance(kind, Structure) else None
@@ -398,7 +399,7 @@ class Guesses:
     def _read_operation(
         self, program: str, operand: Operand, partner: DataType | None, *, bits: bool
     ) -> None:
-        """Note the uses in an expression, whose result is a bit with `bits`; `partner` suggests a type."""
+        """Note the uses in an expression. With `bits`, its result is a bit; `partner` suggests a type."""
         pending: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
         while pending:
             node, is_bit, partner_here = pending.pop()

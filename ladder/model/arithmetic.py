@@ -3,7 +3,7 @@
 | conversion | rule | source |
 |---|---|---|
 | REAL to integer | to the nearest, half to even; upper bits are dropped | 1756-RM003N p. 653 |
-| integer to a smaller one | low bits stay: 65,665 as INT is 129, as SINT -127 | 1756-RM006K p. 544 |
+| integer to a smaller one | low bits are kept: 65,665 as INT is 129, as SINT -127 | 1756-RM006K p. 544 |
 | anything to REAL | rounded to single precision, half to even | 1756-RM003N p. 652 |
 | anything to LREAL | rounded to double precision, half to even | as for REAL |
 

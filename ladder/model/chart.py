@@ -1,4 +1,4 @@
-"""Sequential function charts in the tree, made of steps with actions and the transitions between them.
+"""Sequential function charts in the tree: steps with actions, and transitions between the steps.
 
 A chart is a net: a transition leaves its `sources` and enters its `targets`. Several transitions from one
 step are a selection in order of priority; several targets start simultaneous branches, and several
@@ -49,7 +49,7 @@ class Qualifier(Enum):
 
 
 class ExecutionControl(Enum):
-    """How much of a chart one scan executes [1756-PM006, execution control]."""
+    """Extent of a chart that one scan executes [1756-PM006, execution control]."""
 
     CURRENT = "CURRENT"  # execute current active steps only
     UNTIL_FALSE = "UNTIL_FALSE"  # execute until FALSE transition
@@ -63,7 +63,7 @@ class RestartPosition(Enum):
 
 
 class LastScan(Enum):
-    """What the last scan of an action does [1756-PM006, choose a last scan option]."""
+    """Effect of the last scan of an action [1756-PM006, choose a last scan option]."""
 
     AUTOMATIC = "AUTOMATIC"  # postscan
     PROGRAMMATIC = "PROGRAMMATIC"  # one more scan, with Q off
@@ -117,7 +117,7 @@ class Action:
 
 
 PRESETS = ("PRE", "LimitHigh", "LimitLow")
-"""Members of a step that an expression may set."""
+"""Members of a step that an expression can set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +151,7 @@ class ChartStep:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """A transition from all active `sources` to all `targets`, which fires when its condition is true."""
+    """A transition from all active `sources` to all `targets`. It fires when its condition is true."""
 
     name: str  # its tag, a BOOL
     sources: tuple[str, ...]

@@ -1,7 +1,7 @@
-"""Checks of a chart's names, reachability, and the pairing of divergences and convergences.
+"""Check a chart's names, its reachability, and the pairing of divergences and convergences.
 
 Each step has a list of the branches around it, as pairs of a divergence and some of its legs. A convergence
-joins legs of one divergence. A step after a convergence of all the legs is outside the divergence. So two
+joins legs of one divergence. A step after a convergence of all legs is outside the divergence. So two
 tokens never meet in one step, and no jump enters or leaves a branch.
 """
 
@@ -20,7 +20,7 @@ Legs = tuple[tuple[int, frozenset[int]], ...]
 
 
 class ChartProblem(NamedTuple):
-    """Something in a chart that is not allowed."""
+    """An error in a chart."""
 
     number: int  # of the element
     element: str
@@ -37,7 +37,7 @@ def problems_of(chart: Chart) -> Iterator[ChartProblem]:
 
 
 def unreached(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield the steps that no path leads to; SFR may still reach them."""
+    """Yield the steps to which no path leads; SFR can still reach them."""
     net = _Net(chart)
     list(net.problems())  # fills `legs`
     for step in chart.steps:
@@ -113,7 +113,7 @@ class _Net:
         self._leaving = chart.leaving
 
     def problems(self) -> Iterator[ChartProblem]:
-        """Yield the transitions at which branches do not begin and end in pairs."""
+        """Yield the transitions at which branches are not correctly paired."""
         initial = self._chart.initial
         if initial is None:
             return

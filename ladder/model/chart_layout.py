@@ -67,7 +67,7 @@ class _Placing:
         self._free_column = 0
 
     def layout(self) -> ChartLayout:
-        """Place the elements below the initial step, then the unreachable ones; return all cells."""
+        """Place the elements below the initial step, then the unreachable elements; return all cells."""
         initial = self._chart.initial
         starts = ([initial] if initial else []) + list(self._chart.steps)
         for step in starts:
@@ -81,7 +81,7 @@ class _Placing:
         return ChartLayout(step_cells, transition_cells, frozenset(self._jumps))
 
     def _assign_columns(self, start: str) -> None:
-        """Assign columns down all paths from a step; the first leg stays in its column, others go right."""
+        """Assign columns along all paths from a step; the first leg keeps the column, others go right."""
         steps_above: set[str] = set()  # of the current path: a transition to one of them is a jump
         todo = [_Visit("step", start, -1, self._free_column)]
         while todo:
@@ -118,7 +118,7 @@ class _Placing:
         return column
 
     def _rows(self) -> tuple[dict[str, int], dict[int, int]]:
-        """Return the rows of steps and transitions; each is below all that lead to it, except by jumps."""
+        """Return the rows of steps and transitions, each below everything that leads to it, except jumps."""
         steps = dict.fromkeys(self._step_columns, 0)
         transitions = dict.fromkeys(range(len(self._chart.transitions)), 0)
         for _ in range(len(steps) + 1):

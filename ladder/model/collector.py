@@ -1,8 +1,8 @@
 """The cyclic garbage collector, paused while large trees are built.
 
 Each collection visits all live objects. Reading and compiling a program of thousands of rungs creates no
-garbage, yet collections take a third of the time. Afterwards all objects move to the oldest
-generation; otherwise the next collection would visit the whole tree at once. The collector does not count
+garbage, yet collections take a third of the time. After the pause, all objects move to the oldest generation.
+Otherwise the next collection would visit the whole tree at once. The collector does not count
 this move, so old garbage would remain. A full collection therefore runs after every few large trees.
 """
 

@@ -13,7 +13,7 @@ class LadderError(SiteError):
 
 
 class RungTextError(LadderError):
-    """An error in rung text; names the file, rung, line, column and what was expected."""
+    """An error in rung text, with the file, rung, line, column and the expected text."""
 
     def __init__(self, expected: str, found: str, site: Site) -> None:
         self.expected = expected
@@ -40,7 +40,7 @@ class Problem:
 
 
 class BuildError(LadderError):
-    """The build of a program failed; lists every problem with its rung and a remedy."""
+    """The build of a program failed. The message lists every problem with its rung and a remedy."""
 
     def __init__(self, name: str, problems: Sequence[Problem], kind: str = "program") -> None:
         self.problems = tuple(problems)
@@ -121,7 +121,7 @@ class ScanEndedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class MinorFault:
-    """A minor fault, which is recorded while the scan continues."""
+    """A minor fault. It is recorded, and the scan continues."""
 
     site: Site
     now_ns: int

@@ -57,7 +57,7 @@ _NUMBER = re.compile(
 )
 _INFINITE = ("1.$", "1.#INF")
 _NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
-"""Ways that exports print NaN."""
+"""Notations of NaN in exports."""
 
 _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
@@ -116,7 +116,7 @@ class ExpressionParser(Scanner):
             left = Operation(name, (left, self.expression(strength + 1)))
 
     def _unary(self) -> Operand:
-        """Read an operand after a minus, NOT or neither."""
+        """Read an operand, with an optional minus or NOT before it."""
         if self.text.startswith("-", self.at):
             return self._negative()
         negation = _NOT.match(self.text, self.at)
@@ -126,7 +126,7 @@ class ExpressionParser(Scanner):
         return self._primary()
 
     def _negative(self) -> Operand:
-        """Read a minus and its operand; with a number, they are one literal, except before **."""
+        """Read a minus and its operand. A minus and a number are one literal, except before **."""
         start = self.at
         self.skip("-")
         literal = _NUMBER.match(self.text, self.at)
@@ -160,7 +160,7 @@ class ExpressionParser(Scanner):
         return self.address()
 
     def _number(self) -> Number:
-        """Read a number in any notation; its text is in the form that is printed."""
+        """Read a number in any notation; its text is in the printed form."""
         literal = _NUMBER.match(self.text, self.at)
         if literal is None:
             self.fail("a number")
@@ -203,7 +203,7 @@ class ExpressionParser(Scanner):
         return int(total)
 
     def _integer(self, radix: int, digits: str, start: int) -> int:
-        """Return an integer; fail at `start` if a digit is wrong or it does not fit in 64 bits."""
+        """Return an integer; fail at `start` if a digit is invalid or the integer does not fit in 64 bits."""
         if len(digits) > MOST_DIGITS:
             self.at = start
             self.fail("a number of at most 64 bits", f"one of {len(digits)} digits")

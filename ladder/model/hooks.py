@@ -1,6 +1,6 @@
-"""Functions from higher packages that a program offers.
+"""Functions of a program that higher packages implement.
 
-`scanrack.ladder` sets them, so that no import points upward.
+`scanrack.ladder` sets them, so lower packages do not import higher ones.
 """
 
 from collections.abc import Callable
@@ -10,4 +10,4 @@ rung_svg: Callable[[Any], str]
 """Draws a rung for a notebook."""
 
 ask: Callable[..., Any]
-"""Decides a claim about a program, see `prove.answers.ask`."""
+"""Decides a claim about a program; see `prove.answers.ask`."""

@@ -1,4 +1,4 @@
-"""Checks of operands by use, each with its message and remedy."""
+"""Check operands by use; each check has a message and a remedy."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ class OperandError(ValueError):
 
 
 def mismatch(operand: object, resolved: Resolved, required: str, remedy: str) -> OperandError:
-    """Return the error for an operand that is not what is `required`, such as `a tag`."""
+    """Return the error for an operand that does not match `required`, such as `a tag`."""
     return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
 def described(resolved: Resolved) -> str:
-    """Describe an operand with its article."""
+    """Describe an operand, with an article."""
     if isinstance(resolved, Constant):
         return f"the number {resolved.value}"
     if isinstance(resolved, Place):
@@ -120,7 +120,7 @@ def _is_axis(resolved: Resolved) -> bool:
 
 
 def is_arithmetic(resolved: Resolved) -> bool:
-    """Return whether this is an arithmetic expression."""
+    """Return whether an operand is an arithmetic expression."""
     if not isinstance(resolved, Calculation):
         return is_number(resolved)
     if is_truth(resolved):  # 1 or 0
@@ -131,7 +131,7 @@ def is_arithmetic(resolved: Resolved) -> bool:
 
 
 def is_logical(resolved: Resolved) -> bool:
-    """Return whether this is a structured text condition: bits, comparisons, 0, 1, and operators."""
+    """Return whether an operand is a structured text condition of bits, comparisons, 0, 1 and operators."""
     if isinstance(resolved, Constant):
         return resolved.type.is_integer and resolved.value in (0, 1)
     if not isinstance(resolved, Calculation):
@@ -144,7 +144,7 @@ def is_logical(resolved: Resolved) -> bool:
 
 
 def _is_condition(resolved: Resolved) -> bool:
-    """Return whether this is a comparison of numbers or strings, or a combination of comparisons."""
+    """Return whether an operand is a comparison of numbers or strings, or a combination of comparisons."""
     if not isinstance(resolved, Calculation):
         return False
     if resolved.name in RELATIONS:

@@ -83,7 +83,7 @@ class Place:
 
 @record
 class Group:
-    """A structure, an array, or the part of an array from one element on."""
+    """A structure, an array, or the rest of an array starting at an element."""
 
     type: DataType
     path: str  # tag and members, without subscripts
@@ -99,7 +99,7 @@ class Group:
         return self.layout.frame
 
     def member(self, path: str) -> Place:
-        """Return an elementary member of a structure, which may be a bit of another member."""
+        """Return an elementary member of a structure; it can be a bit of another member."""
         host, bit = self.type.packed.get(path, (path, None))  # type: ignore[union-attr]  # a structure
         leaf = self.layout.leaf(f"{self.path}.{host}")
         return Place(leaf, self.indices, None if bit is None else constant(bit), f"{self.text}.{path}")
@@ -114,7 +114,7 @@ class Group:
 
     @property
     def length(self) -> Place:
-        """LEN of a STRING, which messages show under the string's name."""
+        """LEN of a STRING. Messages show it under the string's name."""
         return Place(self.layout.leaf(f"{self.path}.LEN"), self.indices, None, self.text)
 
 
@@ -226,7 +226,7 @@ def is_number(resolved: Resolved) -> bool:
 
 
 def is_truth(resolved: Resolved) -> bool:
-    """Return whether this is a bit, a comparison, or AND, OR, XOR, NOT of these."""
+    """Return whether this is a bit, a comparison, or a combination of them with AND, OR, XOR or NOT."""
     if isinstance(resolved, Place):
         return resolved.type.is_bool
     if not isinstance(resolved, Calculation):
@@ -250,7 +250,7 @@ def _is_real_function(calculation: Calculation) -> bool:
 
 
 def can_fault(resolved: Resolved) -> bool:
-    """Return whether reading the value may raise a subscript fault."""
+    """Return whether reading the value can cause a subscript fault."""
     if isinstance(resolved, (Place, Group)):
         if any(not isinstance(index, Constant) for index in resolved.indices):
             return True

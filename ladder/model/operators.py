@@ -53,7 +53,7 @@ CALLED: dict[str, Callable[..., Any]] = {
     for call in (abs, int, *vars(arithmetic).values())
     if callable(call) and call.__module__ in (arithmetic.__name__, "builtins") and call.__name__[0] != "_"
 }
-"""Functions that the compiled program calls, by their name there."""
+"""Functions that the compiled program calls, by their name in the program."""
 
 FUNCTION_NAMES = {
     name: function.name for function in FUNCTIONS.values() for name in (function.name, function.other) if name
@@ -66,4 +66,4 @@ COMPARISONS: Mapping[str, str] = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<
 RELATIONS = tuple(COMPARISONS.values())
 
 BITWISE = ("AND", "OR", "XOR", "NOT")
-"""Bitwise operators, computed in integers even where the rest of the expression is REAL or LREAL."""
+"""Bitwise operators, computed in integers even if the rest of the expression is REAL or LREAL."""

@@ -33,7 +33,7 @@ def unquoted(text: str) -> str:
 
 
 def _character(match: re.Match[str]) -> str:
-    """Return the characters of an escape; raise a ValueError if it is not one."""
+    """Return the characters of an escape; raise a ValueError if the escape is invalid."""
     name = match.group(1)
     if name is None:
         escape = match.string[match.start() : match.start() + 3]

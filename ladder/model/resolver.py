@@ -1,9 +1,9 @@
-"""Resolves addresses to places in memory, and checks types and bounds.
+"""Resolve addresses to places in memory, and check types and bounds.
 
 | address | resolves to |
 |---|---|
 | `Run`, `Fill.ACC` | a place: a leaf |
-| `Data[3]`, `Data[i,j+1]` | a place: an element, its indices known or computed |
+| `Data[3]`, `Data[i,j+1]` | a place: an element, with known or computed indices |
 | `Word.5`, `Word.[n]` | a place: a bit of an integer |
 | `Local:2:I.Data.5` | a place: a bit of a digital card; bits 16 to 31 are in word 1 |
 | `Local:3:I.Ch0Data` | a place: a word of an analog card |
@@ -131,7 +131,7 @@ _WORD_BITS = 16
 
 
 def _card_word_and_bit(step: BitStep, first: int = 0) -> tuple[Step, Step]:
-    """Return the steps to the word and bit of `Local:2:I.Data.20`; a card's 32 terminals fill two words."""
+    """Return the steps to the word and bit of `Local:2:I.Data.20`; a card's 32 terminals occupy two words."""
     bit = step.index
     if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
         return WordStep(first, "."), step
@@ -169,7 +169,7 @@ def _not_module_part_error(shown: Address, words: int, *, output: bool) -> Addre
 
 
 class Resolver:
-    """Resolves addresses in a memory; tags of `program` take precedence over the controller's."""
+    """Resolves addresses in a memory; tags of `program` have precedence over tags of the controller."""
 
     def __init__(self, layout: Layout, program: str = "") -> None:
         self._layout = layout
@@ -225,7 +225,7 @@ class Resolver:
         return self.address(self.address_of(text))
 
     def full_name(self, text: str) -> str:
-        """Return the declared name for a tag name that the user entered; see `address_of`."""
+        """Return the declared spelling of a tag name that the user entered; see `address_of`."""
         address = self.address_of(text)
         resolved = self.address(address)
         declaration = self._layout.declaration(address.name.upper(), self._program)
@@ -235,7 +235,7 @@ class Resolver:
         return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
 
     def base_name(self, text: str) -> str:
-        """Return the full name for a tag name from the user, with aliases replaced by their tags."""
+        """Return the full name of a tag that the user entered, with aliases replaced by their tags."""
         self.named(text)  # circular aliases are an error
         address, program = self.address_of(text), self._program
         declaration = self._layout.declaration(address.name.upper(), program)
@@ -263,7 +263,7 @@ class Resolver:
         return self._layout.held().path
 
     def _find(self, address: Address, shown: Address, program: str, depth: int) -> Place | Group:
-        """Resolve an address behind `depth` aliases; `shown` is the address as written."""
+        """Resolve an address reached through `depth` aliases; `shown` is the address as written."""
         name = address.name.upper()
         declaration = self._layout.declaration(name, program)
         if isinstance(declaration, Tag):
@@ -376,7 +376,7 @@ class Resolver:
         return Place(leaf, (constant(word),), constant(bit), str(shown))
 
     def _walk(self, group: Group, steps: tuple[Step, ...]) -> Place | Group:
-        """Return what the steps lead to from a group; raise an AddressError if one of them does not fit."""
+        """Follow the steps from a group and return the result; raise an AddressError if a step is invalid."""
         for position, step in enumerate(steps):
             if isinstance(step, (SubscriptStep, WordStep)):
                 group = self._subscript(group, step)
@@ -425,7 +425,7 @@ class Resolver:
         return resolved
 
     def _member(self, group: Group, name: str) -> Group:
-        """Return a member of a structure; raise an AddressError if there is none."""
+        """Return a member of a structure; raise an AddressError if it does not exist."""
         if group.dims:
             raise AddressError(f"{group.path} is an array", f"write {group.path}[index].{name}")
         if isinstance(group.type, Elementary):
@@ -438,7 +438,7 @@ class Resolver:
         return replace(group, type=member.type, path=path, dims=member.dims, array=())
 
     def _bit(self, group: Group, step: BitStep | SlashStep) -> Place:
-        """Return a bit of an integer; raise an AddressError if there is none."""
+        """Return a bit of an integer; raise an AddressError if it does not exist."""
         word = self._leaf(group)
         if isinstance(word, Group) or not word.type.is_integer:
             kind = "an array" if group.dims else group.type.name
@@ -450,7 +450,7 @@ class Resolver:
         return replace(word, bit=index)
 
     def _undeclared_error(self, name: str) -> AddressError:
-        """Return the error for an undeclared tag, with the tags that it may mean."""
+        """Return the error for an undeclared tag, with suggestions of similar tags."""
         names = list(self._layout.names(self._program))
         elsewhere = [
             candidate
@@ -468,7 +468,7 @@ class Resolver:
 
 
 def address_in(resolver: Resolver, name: str) -> str | None:
-    """Return the address of an image word, image bit or fault that a user's name means, else None."""
+    """Return the address of an image word, image bit or fault from a user's name; otherwise None."""
     try:
         resolved = resolver.named(name)
     except LadderError:

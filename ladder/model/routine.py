@@ -28,7 +28,7 @@ class Routine:
 
     @property
     def unit(self) -> str:
-        """What its numbers count: rungs, lines, or elements of a chart."""
+        """Kind of its numbers: rungs, lines, or elements of a chart."""
         return "element" if self.chart else "rung" if self.statements is None else "line"
 
     @property

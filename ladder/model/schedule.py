@@ -6,7 +6,7 @@
 | periodic | at multiples of its rate after power-up |
 | event | after EVENT has triggered it |
 
-Between two scans of the continuous task all due tasks run, the lowest priority number first; tasks of equal
+Between two scans of the continuous task, all due tasks run, lowest priority number first. Tasks of equal
 priority run in order of declaration. A task that becomes due again before it has run counts an overlap.
 """
 
@@ -94,7 +94,7 @@ class Schedule:
 
     @property
     def continuous(self) -> ScheduledTask | None:
-        """The continuous task; None if there is none."""
+        """The continuous task, or None."""
         return next((task for task in self.tasks if task.task.kind is TaskKind.CONTINUOUS), None)
 
     @property
@@ -115,7 +115,7 @@ class Schedule:
 
     @property
     def preempted(self) -> frozenset[str]:
-        """Programs, in capitals, that another task may interrupt after a rung."""
+        """Programs, in capitals, that another task can interrupt after a rung."""
         if self.continuous is None or not any(task.task.preempt for task in self.tasks):
             return frozenset()
         return frozenset(program.name.upper() for program in self.continuous.programs)
@@ -123,7 +123,7 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRoutines:
-    """Full names of a program's main and fault routines, in capitals; None if there is none."""
+    """Full names of a program's main and fault routines, in capitals; None for a missing routine."""
 
     name: str
     main: str | None
@@ -166,5 +166,5 @@ def _scheduled_task(layout: Layout, task: Task, programs: tuple[ScheduledProgram
 
 
 def task_named(tasks: Iterable[ScheduledTask], name: str) -> ScheduledTask | None:
-    """Return a task by its name in any case; None if there is none."""
+    """Return a task by its name in any case; None if it does not exist."""
     return next((task for task in tasks if task.task.name.upper() == name.upper()), None)

@@ -1,4 +1,4 @@
-"""Specification of an instruction: its name, operands, and the functions that check, run and compile it.
+"""Specification of an instruction: its name, its operands, and the functions that check, run and compile it.
 
 A family file in `instructions` has one `Spec` per instruction. The parser, the Python front end, the checks,
 both back ends, the debugger and the drawing all read it, so each instruction is described in one place.
@@ -91,7 +91,7 @@ WITH_PRESETS = {
     Use.ALARM_DIGITAL: ("MinDurationPRE", "MinDurationACC"),
     Use.ALARM_ANALOG: ("HHLimit", "HLimit", "LLimit", "LLLimit"),
 }
-"""Structures with members that exported rungs show, and those members."""
+"""Structures with members that exported rungs show, and the names of these members."""
 
 
 class InstructionKind(Enum):
@@ -107,18 +107,18 @@ def _always(*_operands: Any) -> bool:
 
 
 def do_nothing(*_parts: Any) -> None:
-    """Do nothing, as `postscan` of an instruction that keeps its state, or `run` of one without effect."""
+    """Do nothing: `postscan` of an instruction that keeps its state, or `run` of one without effect."""
 
 
 @dataclass(frozen=True, repr=False)
 class Spec:
     """An instruction.
 
-    Called in Python it returns a node of the tree: `TON(fill, 5000)`, `MOV(count.ACC, total)`. Operands are
+    A call in Python returns a node of the tree: `TON(fill, 5000)`, `MOV(count.ACC, total)`. Operands are
     tags, numbers, or addresses as text, in the order of the rung text; missing presets become `?`.
 
-    `run` executes the instruction in the interpreter, `write` writes it as Python. Both get the back end
-    first, then the rung condition if the table says so, then the resolved operands:
+    `run` executes the instruction in the interpreter, and `write` writes it as Python. The arguments of both
+    are the back end, the rung condition if the table says so, and the resolved operands:
 
     | kind | called on | condition passed | `run` returns | `write` returns |
     |---|---|---|---|---|
@@ -128,27 +128,30 @@ class Spec:
     | any, `decides` | any rung | yes | the condition after it | the same as Python text |
 
     Attributes:
-        run: executes the instruction, see `interpreter.Interpreter`.
-        write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
-            `run`: for rare and slow instructions that do not jump, call or leave a routine.
+        run: executes the instruction; see `interpreter.Interpreter`.
+        write: writes it as Python; see `compiler.rungs.RungWriter`. With None, the compiled program calls
+            `run`, which is for rare and slow instructions that do not jump, call or leave a routine.
         prove: models `run` for all values at once. Its arguments are the machine, the power before it and the
-            operands. It returns the power after it, see `prove.machine`. None runs `run` on terms.
-        faults: whether it may fault with all subscripts in range; a proof without a model assumes so.
+            operands. It returns the power after it; see `prove.machine`. With None, `run` is executed on
+            terms.
+        faults: whether it can fault with all subscripts in range; a proof without a model assumes that it
+        can.
         partly: whether the compiled program calls `run` in rare cases, by `interpret(site)`.
-        fetch: computes in the interpreter the value of `fetched(site, ...)` in the compiled program; called
-            like `run`, with the additional values before the operands.
+        fetch: computes, in the interpreter, the value of `fetched(site, ...)` in the compiled program. It is
+            called like `run`, with the additional values before the operands.
         prescan: called like `run` without the condition; None if prescan does nothing.
-        postscan: called like `prescan` in the last scan of an SFC action with automatic reset; None runs it
-            on a false rung, in structured text not at all [1756-PM006, automatic reset option].
+        postscan: called like `prescan` in the last scan of an SFC action with automatic reset. With None, a
+            rung runs the instruction with a false condition, and structured text does not run it [1756-PM006,
+            automatic reset option].
         check: raises an OperandError for resolved operands that do not match; None without such a rule.
-        resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
+        resolve: resolves all operands; see `lowering.Lowering`. None to resolve each operand by its use.
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).
-        optional: number of operands at the end that may be omitted.
+        optional: number of trailing operands that can be omitted.
         other: its second name, in Studio 5000 revision 36 and later; None if it has none.
-        decides: whether it also runs on a false rung, and decides the condition after it.
-        alone: whether it may be the only element of a rung although it is an input.
+        decides: whether it also runs on a false rung, and determines the condition after it.
+        alone: whether it can be the only element of a rung although it is an input.
         in_rungs: whether it can be used in rungs, not only in structured text.
-        leaves: whether execution may continue elsewhere, so that the condition after it does not count.
+        leaves: whether execution can continue elsewhere, so the condition after it does not matter.
         symbol: its contact or coil in a drawing; "" for a box.
         captions: names of the operands in its box, as in Studio 5000.
         instead: its replacement in structured text [1756-RM003N, available languages]; "" if structured text
@@ -188,7 +191,7 @@ class Spec:
     def members(self) -> dict[int, tuple[int, str]]:
         """For each operand that shows a member of another operand: that operand's index and the member.
 
-        `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC; an SLC 500 has its time base before them.
+        `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC. On an SLC 500, the time base precedes them.
         """
         members: dict[int, tuple[int, str]] = {}
         structure = 0
@@ -240,7 +243,7 @@ class Spec:
 
 
 def condition(name: str, *operands: Use, **parts: Any) -> Spec:
-    """Return an instruction that decides whether the rung stays true."""
+    """Return an instruction that determines whether the rung stays true."""
     if not parts.get("decides"):
         parts.setdefault("instead", "write a condition")
     return _named(name, InstructionKind.INPUT, operands, parts)
@@ -260,11 +263,11 @@ IN_RUNGS = "write it in a routine of rungs"
 """`Spec.instead` of an instruction that structured text can't replace."""
 
 WITH_CONTROL = (Use.CONTROL, Use.PRESET, Use.PRESET)
-"""A CONTROL as exported rungs print it: the tag, LEN and POS; Python may omit the numbers."""
+"""A CONTROL as exported rungs print it: the tag, LEN and POS. In Python, the numbers can be omitted."""
 
 
 def on_control(name: str, *operands: Use, **parts: Any) -> Spec:
-    """Return an instruction like that of `always`, with a CONTROL as its last operand."""
+    """Return an instruction as `always` does, with a CONTROL as its last operand."""
     return always(name, *operands, *WITH_CONTROL, optional=2, **parts)
 
 
@@ -281,4 +284,4 @@ BYTE_ORDER_OF = {
     **dict(zip("012", BYTE_ORDERS, strict=True)),
     "HIGHLOW": BYTE_ORDERS[2],
 }
-"""Modes of SWPB by each way of writing them, in capitals."""
+"""Modes of SWPB by each of their notations, in capitals."""

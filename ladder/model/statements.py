@@ -133,7 +133,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Case(Statement):
-    """CASE: the first choice with the value of the selector runs."""
+    """CASE: runs the first choice that contains the selector's value."""
 
     selector: Operand
     choices: tuple[Choice, ...]
@@ -240,7 +240,7 @@ class Region(Enclosing):
 
 
 def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
-    """Yield a block's lines with comments; if not `closed`, a comment at the end needs a statement."""
+    """Yield a block's lines with comments. If not `closed`, a comment at the end needs an empty statement."""
     for number, statement in enumerate(block, start=1):
         if isinstance(statement, Empty) and statement.comment and closed and number == len(block):
             yield from comment_lines(statement.comment)
@@ -300,7 +300,7 @@ def _operands(value: Any) -> Iterator[Operand]:
 
 
 def too_deep(block: Block) -> str | None:
-    """Return the reason why a block is nested too deeply; None if it is not."""
+    """Return the reason if a block is nested too deeply; otherwise None."""
     todo: list[tuple[Statement, int, int]] = [(outermost, 0, 0) for outermost in block]
     while todo:
         statement, blocks, loops = todo.pop()

@@ -1,10 +1,10 @@
-"""Stretches: memory for values passed by reference, and for structures copied whole.
+"""Stretches: memory for values passed by reference, and for structures copied as a whole.
 
 Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag passed to an
 InOut, is a stretch of a list, with its elementary values in the same order for all tags of a type. A function
-that takes a list and an offset works on all of them.
+with a list and an offset as arguments works on all tags of a type.
 
-A string, or a structure that is copied or filled, is a stretch of bytes in a controller's layout, see
+A string, or a structure that is copied or filled, is a stretch of bytes in a controller's layout; see
 `types.fields_of`. Each value is an element of a view of all bytes as its type; a BOOL is a bit.
 """
 
@@ -69,7 +69,7 @@ def stretch_of(kind: DataType) -> Stretch:
 
 
 def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Return the distance between neighbors per dimension, for elements of that size."""
+    """Return the distance between neighbors per dimension, for elements of the given size."""
     strides: tuple[int, ...] = ()
     for length in reversed(dims):
         strides = (size, *strides)
@@ -106,7 +106,7 @@ class BytePart:
 
 @lru_cache(maxsize=1024)
 def byte_parts(kind: DataType) -> dict[str, BytePart]:
-    """Return the parts of a type by path in capitals; "" is the structure or the number itself.
+    """Return the parts of a type by path in capitals; "" is the path of the structure or number itself.
 
     >>> from .types import DINT, STRING, Member
     >>> found = byte_parts(Structure("Note", (Member("New", BOOL), Member("Text", STRING, (4,)))))
@@ -151,7 +151,7 @@ def fits_bytes(kind: DataType) -> bool:
 
 
 def hidden_places(kind: DataType, count: int) -> Iterator[int]:
-    """Yield the numbers of all hidden members in `count` elements of a type, see `fits_bytes`."""
+    """Yield the numbers of all hidden members in `count` elements of a type; see `fits_bytes`."""
     for path, part in byte_parts(kind).items():
         if part.view == HIDDEN_VALUES:
             spot = spot_of(kind, (count,), path, "", in_bytes=True)
@@ -185,7 +185,7 @@ class Spot:
 
     @property
     def begin_text(self) -> str:
-        """Return `begin` as Python text, for the offset in the variable `base`."""
+        """Return Python code for `begin`, with the offset in the variable `base`."""
         if self.unit == 1:
             return f"{self.base} * 8"
         shift = self.unit.bit_length() - 4

@@ -6,14 +6,15 @@
 | `error 16#00CB after 20 ms` | EN with the rung, ER and the code after the time |
 | `waits` | EN with the rung only; a message ends when its TO bit is set |
 | `false`, `true` | the power after the instruction |
-| `plant.py:xrp` | a Python function replaces it; in the `[stubs]` of a rack file only |
+| `plant.py:xrp` | a Python function replaces the instruction; only in `[stubs]` of a rack file |
 
 STUB MSG : done after 20 ms                     // every message
 STUB Order : error 16#00CB after 1000 ms        // the message of this tag
 STUB ALMD : false                               // every ALMD
 
-A rack file may also have the reply of a message and the data of a consumed tag: a constant, a table over
-time, or a tag of another rack. Each is a `DataSource`. It depends only on time, so any scan can be repeated.
+A rack file can also define the reply of a message and the data of a consumed tag: a constant, a table over
+time, or a tag of another rack. Each is a `DataSource`. Its data depend only on time, so any scan can be
+repeated.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ ALL_MESSAGES = "MSG"
 """Name of the default stub of messages."""
 
 NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR", "BRK"})
-"""Instructions that decide what runs next, so no stub can replace them."""
+"""Instructions that control the order of execution, so no stub can replace them."""
 
 _TEXT = re.compile(
     rf"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{{1,4}})|(?P<code>\d{{1,5}})))\s+after\s+(?P<time>{TIME})",
@@ -58,10 +59,10 @@ class DataSource(Protocol):
     """Source of data: a constant, a table, or a tag of another rack."""
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
-        """Return the samples.
+        """Return a function that returns the samples.
 
         Args:
-            tag: tag of the other rack, unless the source names one.
+            tag: tag of the other rack, unless the source specifies a tag.
             rpi_ns: interval of the samples.
 
         Raises:
@@ -130,7 +131,7 @@ class InPython:
 
     It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, the rung condition, and
     the operands as numbers, characters or `Argument`. A result other than None becomes the rung condition
-    after it.
+    after the instruction.
     """
 
     address: str  # `path:function`
@@ -181,7 +182,7 @@ def parse_stub(text: str) -> Ending | Power:
 
 
 def check_stubbed(name: str) -> None:
-    """Raise a LadderError if no stub can replace an instruction, named in capitals."""
+    """Raise a LadderError if no stub can replace an instruction, given by its name in capitals."""
     if name in NEVER_STUBBED:
         raise LadderError(f"{name} decides what runs next, so no stub can replace it")
 
@@ -193,7 +194,7 @@ def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
 
 
 def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
-    """Return the stub that replaces an instruction, named in capitals; None if none does."""
+    """Return the stub that replaces an instruction, given by its name in capitals, or None."""
     stub = stubs.get(name)
     is_message = name == ALL_MESSAGES and isinstance(stub, Ending)
     return None if is_message or isinstance(stub, Partner) else stub

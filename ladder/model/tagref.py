@@ -14,7 +14,7 @@ _COMPARE = {operator: name for name, operator in COMPARISONS.items()}
 
 
 def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, object], Expression]:
-    """Return the method for an operator; a reflected one reverses the operands."""
+    """Return the method for an operator; a reflected method reverses the operands."""
 
     def operate(left: Expression, right: object) -> Expression:
         operands = (operand_of(left), operand_of(right))
@@ -105,7 +105,7 @@ class TagRef(Expression):
         return self._with(SubscriptStep(tuple(map(operand_of, indices))))
 
     def bit(self, index: object) -> TagRef:
-        """Return a bit of an integer; the bit number may be a tag."""
+        """Return a bit of an integer; the bit number can be a tag."""
         return self._with(BitStep(operand_of(index)))
 
     def __invert__(self) -> Instruction:

@@ -2,7 +2,7 @@
 
 Every elementary value is one leaf, or an element of a leaf if it is in arrays. For example,
 `Recipe.Step.Time` of an array of structures is one list of all times. A leaf has a Python identifier in the
-compiled program. The images of a slot are also leaves, created when an address names them.
+compiled program. The images of a slot are also leaves. They are created when an address first refers to them.
 """
 
 from __future__ import annotations
@@ -91,12 +91,12 @@ class Leaf:
 
     @property
     def is_image(self) -> bool:
-        """Whether it is a slot's image, which is words in the rack's memory."""
+        """Whether it is a slot's image, which consists of words in the rack's memory."""
         return self.slot is not None and bool(self.dims)
 
     @property
     def is_input(self) -> bool:
-        """Whether a module sets it, as for an input image or a connection's fault."""
+        """Whether a module sets it, such as an input image or a connection fault."""
         return self.slot is not None and not self.output
 
 
@@ -163,7 +163,7 @@ def tag_in(path: str) -> str:
 
 
 class SparseTag(NamedTuple):
-    """A structure tag of which the program uses few values."""
+    """A structure tag with few values in use."""
 
     ident: str  # variable of the bytes with all other values
     variables: Mapping[str, Leaf]  # the values in use, by path in capitals
@@ -175,7 +175,7 @@ class Layout:
     Args:
         declarations: tags and aliases, under their full names.
         files: whether the tags are data files of an SLC, with elements like N7:0.
-        modules: the words of known modules by slot; another slot has a module of eight words.
+        modules: the words of known modules by slot; any other slot has a module of eight words.
     """
 
     frame = ""
@@ -211,9 +211,9 @@ class Layout:
 
     @property
     def leaves(self) -> Mapping[str, Leaf]:
-        """All leaves by path in capitals: status flags, those of the tags in their order, then the others.
+        """All leaves by path in capitals: status flags, leaves of the tags in order, then all others.
 
-        It creates the leaves of tags that do not exist yet.
+        Reading it creates missing leaves of tags.
         """
         if not self._ordered:
             self._ordered = True
@@ -253,7 +253,7 @@ class Layout:
         return leaf
 
     def _request(self, name: str) -> Leaf | None:
-        """Create and return the leaf with an upper-case path; None if no tag has a leaf to create there."""
+        """Create and return the leaf with a path in capitals; None if no tag has a leaf with this path."""
         head = tag_in(name)
         tag = self._folded.get(head)
         row = None if tag is None else _rows(tag.type).get(name[len(head) + 1 :])
@@ -288,16 +288,16 @@ class Layout:
 
     @property
     def unused(self) -> Iterator[Tag]:
-        """The tags that have no requested leaf."""
+        """Yield the tags without a requested leaf."""
         return (tag for name, tag in self._folded.items() if name not in self._separate)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
-        """Return a declaration by name in capitals: the program's, else the controller's, else None."""
+        """Return a declaration by name in capitals, first from the program, then the controller, or None."""
         scoped_tag = self.declarations.get(scoped(program, name).upper()) if program else None
         return scoped_tag or self.declarations.get(name)
 
     def names(self, program: str = "") -> Iterator[str]:
-        """Yield the names visible in a program: its own without its prefix, then the controller's."""
+        """Yield the names visible in a program: its tags without their prefix, then the controller's tags."""
         prefix = scoped(program, "")
         for declaration in self.declarations.values():
             if program and declaration.name.upper().startswith(prefix.upper()):
@@ -313,7 +313,7 @@ class Layout:
         )
 
     def declare(self, tag: Tag) -> None:
-        """Add a tag, laid out after all others."""
+        """Add a tag after all other tags in the layout."""
         self.declarations[tag.name.upper()] = self._folded[tag.name.upper()] = tag
         self._ordered = False
 
@@ -446,7 +446,7 @@ class Layout:
 
     @property
     def size(self) -> tuple[int, int, int]:
-        """Number of lists, sparse tags and leaves; if any has grown, an older memory lacks some of them."""
+        """Numbers of lists, sparse tags and leaves. If a number has grown, an older memory is incomplete."""
         return len(self.boxed), len(self.rests), len(self._leaves)
 
     @property
@@ -609,7 +609,7 @@ class FrameLayout(Layout):
         super().__init__((*(_declared(member) for member in own.members), *handed))
 
     def leaf(self, path: str) -> Leaf:
-        """Return a leaf by its path in any case; status flags and stored subscripts are the program's."""
+        """Return a leaf by its path in any case; status flags and stored subscripts belong to the program."""
         return self._program.leaf(path) if path.upper().startswith(("S:", HIDDEN)) else super().leaf(path)
 
     def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
@@ -622,7 +622,7 @@ class FrameLayout(Layout):
         return self._program.held()
 
     def make_bytes(self, names: Iterable[str]) -> None:
-        """Lay out roots as bytes, see `Leaf.root`."""
+        """Lay out roots as bytes; see `Leaf.root`."""
         self.in_bytes.update(names)
         self._spots.clear()
 
@@ -688,7 +688,7 @@ def _declared(member: Member) -> Declaration:
 
 
 FRAME, BASE = "frame", "base"
-"""Variables of a compiled add-on instruction: the list of its instance, and the offset in it."""
+"""Variables of a compiled add-on instruction: the list of its instance, and the offset in the list."""
 
 _WORDS = f"""
 now given at program scan rung_done LadderFault fault mask site stretch region types faults {FRAME} {BASE}

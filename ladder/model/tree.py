@@ -1,7 +1,8 @@
-"""The tree that every front end builds and every back end runs.
+"""The tree that all front ends build and all back ends run.
 
-A program is tags and routines. A routine is rungs, or statements of structured text (`statements`). A rung is
-a series, a series is instructions and branches, and each leg of a branch is a series. Operands are
+A program consists of tags and routines. A routine consists of rungs, or of statements of structured text
+(`statements`). A rung is a series. A series consists of instructions and branches, and each leg of a branch
+is a series. Operands are
 addresses, numbers, strings and, in CPT, CMP and subscripts, expressions. `str()`
 of any node is its rung text.
 """
@@ -45,7 +46,7 @@ def number(value: int | float) -> Number:
 
 @dataclass(frozen=True, slots=True)
 class Characters:
-    """A string; its text is in single quotes, see `quoting`."""
+    """A string; its text is in single quotes (see `quoting`)."""
 
     value: str
 
@@ -310,7 +311,7 @@ SUBSCRIPT = 3
 
 
 def too_deep(series: Series) -> str | None:
-    """Return the reason why a series is nested too deeply; None if it is not.
+    """Return the reason if a series is nested too deeply; otherwise None.
 
     >>> too_deep((Instruction("CPT", (Address("A"), number(1))),)) is None
     True
@@ -335,7 +336,7 @@ def _operands_of(step: Step) -> Sequence[Operand]:
 
 
 def levels_of(operand: Operand) -> int:
-    """Return the levels of an operand, see `LEVELS`; iterative, for deep operands."""
+    """Return the levels of an operand (see `LEVELS`), without recursion, because operands can be deep."""
     if not isinstance(operand, Operation) and not (isinstance(operand, Address) and operand.steps):
         return 0
     deepest = 0
@@ -351,7 +352,7 @@ def levels_of(operand: Operand) -> int:
 
 
 def addresses_in(operand: Operand) -> Iterator[Address]:
-    """Yield the addresses in an operand and its subscripts, left to right; iterative, for deep operands."""
+    """Yield the addresses in an operand and its subscripts from left to right, without recursion."""
     todo: list[Operand] = [operand]
     while todo:
         node = todo.pop()

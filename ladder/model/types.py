@@ -129,7 +129,7 @@ class Structure:
         )
 
     def __hash__(self) -> int:
-        """Hash only the name, because types are often keys and equal names are rare."""
+        """Return the hash of the name only, because types are often keys and equal names are rare."""
         return hash(self.name)
 
     def __post_init__(self) -> None:
@@ -153,7 +153,7 @@ class Structure:
         return {name: (place["host"], int(place["bit"])) for name, place in places if place}
 
     def member(self, name: str) -> Member | None:
-        """Return a member by its name in any case; None if there is none."""
+        """Return a member by its name in any case; None if it does not exist."""
         return self._by_name.get(name.upper())
 
     @cached_property
@@ -167,7 +167,7 @@ _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 
 
 def members_of(text: str) -> tuple[Member, ...]:
-    """Return the members in a text, which has types, each before names with optional length and value.
+    """Return the members from a text: types, each followed by names with optional length and value.
 
     >>> [(member.name, member.dims, member.initial) for member in members_of("DINT PRE=500 SINT DATA[82]")]
     [('PRE', (), 500), ('DATA', (82,), None)]
@@ -397,7 +397,7 @@ def _layout_of(kind: DataType) -> _Layout:
 
 
 class _Layout:
-    """Lays out a type once: adjacent BOOLs share bytes, other members are aligned to their size."""
+    """Lays out a type once: adjacent BOOLs share bytes, and other members are aligned to their size."""
 
     def __init__(self, kind: DataType) -> None:
         self.places: list[tuple[Member, int, int | None]] = []  # member, byte, and for a BOOL its bit
@@ -449,7 +449,7 @@ def _alignment(kind: DataType) -> int:
 
 
 def dims_text(dims: tuple[int, ...]) -> str:
-    """Return dimensions in brackets; "" if there are none.
+    """Return dimensions in brackets; "" for no dimensions.
 
     >>> dims_text((4, 2)), dims_text(())
     ('[4,2]', '')

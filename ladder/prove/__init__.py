@@ -1,4 +1,4 @@
-"""Proofs about programs: a scan expressed as terms, and a solver for claims about any number of scans."""
+"""Proofs about programs: terms that express a scan, and a solver for claims about any number of scans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Decisions on claims; an answer has the verdict and describes the scans that break the claim.
+"""Decide claims. An answer has the verdict, and the scans that break the claim.
 
 >>> from scanrack.ladder import BOOL, OTE, XIC, Program
 >>> motor = Program("motor")
@@ -46,12 +46,12 @@ AGAIN_TEXT = "the run ended, and the next run began with its tags"
 """Scenario text for the first scan of a run with retained tags."""
 
 REACHED = "reached"
-"""The verdict on a `reachable` claim that some run makes true."""
+"""The verdict on a `reachable` claim whose condition becomes true in some run."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioStep:
-    """A scan in a scenario; for `turned` and `again`, see `ScanOf`."""
+    """A scan of a scenario; for `turned` and `again`, see `ScanOf`."""
 
     ms: float  # time since the previous scan
     changes: tuple[tuple[str, Any], ...]  # inputs that change before it: tag and value
@@ -70,18 +70,18 @@ class ScenarioStep:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer to a claim, which is true if the claim is proved or reached.
+    """The answer to a claim. It is true if the claim is proved or reached.
 
     Attributes:
         claim: the claim.
-        verdict: the verdict on the claim's condition, see `induction`; for `reachable`, refuted means
+        verdict: the verdict on the claim's condition (see `induction`); for `reachable`, refuted means
             reached.
-        scans: the run that breaks or reaches the claim, confirmed on the compiled program, see `smallest`.
+        scans: the run that breaks or reaches the claim, confirmed on the compiled program; see `smallest`.
         steps: the same scans with tag names in place of keys.
         end: reasons why the run ends, such as a major fault or a condition that can't be computed.
         held: numbers that nothing writes, with the values that the proof assumes.
         assumed: the other assumptions, one sentence each.
-        deciding: number of values that decide the claim.
+        deciding: number of values on which the claim depends.
         tags: number of values of the program.
     """
 
@@ -120,7 +120,7 @@ class Answer:
 def answer(
     problem: ProgramSystem, program: MonitoredProgram, watched: WatchedClaim, limits: Limits = LIMITS
 ) -> Answer:
-    """Decide a watched claim about a program; a run in the answer is a confirmed one, see `smallest`."""
+    """Decide a watched claim about a program. Any run in the answer is confirmed; see `smallest`."""
     with _assuming(problem, watched.assume):
         bad = problem.after(watched.bit)
         cone = problem.cone([bad, problem.narrowed([bad])])
@@ -160,7 +160,7 @@ def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator
 
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
-    """Return the tags of the changing numbers that decide a claim, the most direct ones first."""
+    """Return the tags of the changing numbers that decide a claim, most direct first."""
     layout, numbers = problem.lowered.layout, []
     for name, variable in cone.items():
         key = problem.key_of.get(name)
@@ -182,7 +182,7 @@ def ask(
     happens: Sequence[str] = (PROGRAM_MODE,),
     limits: Limits = LIMITS,
 ) -> Answer:
-    """Decide one claim about a program without a rack, see `LadderLogic.prove`."""
+    """Decide one claim about a program without a rack; see `LadderLogic.prove`."""
     claims = {"never": never, "always": always, "reachable": reachable}
     given_claims = [(ClaimKind(kind), text) for kind, text in claims.items() if text]
     if len(given_claims) != 1:
@@ -223,7 +223,7 @@ def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:
 
 
 def tag_text(layout: Layout, key: Key) -> str:
-    """Return the address of a value as its program writes it."""
+    """Return the address of a value in the program's notation."""
     leaf = layout.leaf(key[0])
     return element_text(leaf.path, leaf.dims, key[1]) if leaf.dims else leaf.path
 

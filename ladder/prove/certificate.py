@@ -1,9 +1,9 @@
-"""The certificate of a proof, which has the relation of one scan as SMT-LIB text, and the induction.
+"""The certificate of a proof: the relation of one scan as SMT-LIB text, and the induction.
 
 `proof.smt2` declares the values before a scan, and defines terms of these values. `proof.json` lists the
 roles of the terms: the next value and the initial value of each state, the assumption of each scan, the
 condition that is never true, and the invariants. With the two files, a checker does not need the prover's
-code. It writes consecutive scans as SMT-LIB and runs another solver.
+code. The checker writes consecutive scans as SMT-LIB and runs another solver.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class _ScriptWriter:
         return formula
 
     def _lookup(self, certificate: Certificate, v: T) -> Text:
-        """Return the text of a variable: the value of a held one, or a name that is declared once."""
+        """Return the text of a variable: the value of a held variable, or a name that is declared once."""
         if v.val in certificate.held:
             formula: Text = literal(self.script, v, certificate.initial[v.val])
             return formula

@@ -1,4 +1,4 @@
-"""Claims that conditions of a program are never true, always true, reachable, or assumed.
+"""Claims about conditions of a program: never true, always true, reachable, or assumed.
 
     // prove: never Fwd AND Rev
     // prove: always NOT Valve OR Pump
@@ -24,11 +24,11 @@ from ..model.tags import program_of
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 
 NEVER = "NEVER"
-"""Name, in upper or lower case, of a routine that is a monitor; no routine calls it."""
+"""Name, in upper or lower case, of a monitor routine, which no routine calls."""
 
 
 class ClaimKind(StrEnum):
-    """What a claim states about its condition."""
+    """Kind of statement about a condition."""
 
     NEVER = "never"
     ALWAYS = "always"
@@ -49,12 +49,12 @@ class Claim:
 
     @property
     def sentence(self) -> str:
-        """The claim as a comment would state it, such as `never Fwd AND Rev`."""
+        """The claim as text, such as `never Fwd AND Rev`."""
         return f"{self.kind} {self.text}"
 
 
 _CLAIM = re.compile(r"^\W*prove\s*:\s*(?P<kind>\S+)(?:\s+(?P<text>.*?))?[;\s]*$", re.IGNORECASE)
-"""A claim in a comment line; marks such as `//` and `*` may precede it."""
+"""A claim in a comment line; marks such as `//` and `*` can precede it."""
 
 
 def claims_in(lowered: LoweredProgram) -> list[Claim]:
@@ -72,7 +72,7 @@ def claims_in(lowered: LoweredProgram) -> list[Claim]:
 
 
 def named_apart(claims: Iterable[Claim]) -> list[Claim]:
-    """Return the claims with unique names; a repeated name gets a number, such as `never Fwd (2)`.
+    """Return the claims with unique names; a number is added to a repeated name, such as `never Fwd (2)`.
 
     >>> claims = [Claim(name, ClaimKind.NEVER, "Fwd") for name in ("one way", "One way")]
     >>> [claim.name for claim in named_apart(claims)]

@@ -1,4 +1,4 @@
-"""Module contracts as terms: conditions that the inputs of a slot always satisfy.
+"""Module contracts as terms. A contract is a condition that the inputs of a slot always satisfy.
 
 A MicroLogix exchanges images in each scan:
 
@@ -43,7 +43,7 @@ class KeptBy:
 
     Attributes:
         slot: number of the slot.
-        contracts: the contracts that its module keeps in this rack, see `contracts_of`.
+        contracts: the contracts that its module keeps in this rack; see `contracts_of`.
         at_rpi: whether images are exchanged every RPI, and no scan is longer.
     """
 
@@ -65,7 +65,7 @@ class KeptBy:
         in_force: set[Words] = {(0,) * 8}  # possibly in force: images don't show when exchanges happen
 
         def keeps() -> bool:
-            """Return whether some outputs explain the inputs; keep the outputs possibly in force now."""
+            """Return whether any outputs explain the inputs; store the outputs possibly in force now."""
             nonlocal was, in_force
             now, sent = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
             possible = in_force if self.at_rpi else {sent}

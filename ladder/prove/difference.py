@@ -3,12 +3,13 @@
 | answer | meaning |
 |---|---|
 | equal | equal in every run: not listed |
-| now | after equal states and inputs, one scan may leave different values |
+| now | from equal states and inputs, one scan can produce different values |
 | later | different only after another value has differed in an earlier scan |
 
-The comparison covers all values that both programs have and that at least one of them writes. Values that
-only one program has are listed. A value that can differ comes with a run that both compiled programs confirm,
-unless the search finds no run within its limits. Runs are compared up to the first major fault. A fault in
+The comparison covers all values that exist in both programs and that at least one of them writes. Values that
+exist in only one program are listed. For a value that can differ, the answer includes a run that both
+compiled programs confirm, unless the search finds no run within its limits. Runs are compared up to the first
+major fault. A fault in
 only one program is also a difference.
 """
 
@@ -56,7 +57,7 @@ class ChangedValue:
     Attributes:
         key: the value's place; `FAULT` if the difference is a major fault that stops only one of the
         programs.
-        now: whether one scan after equal states can make the difference.
+        now: whether the value can differ after one scan from equal states.
         scans: a run after which it differs, confirmed on both programs; empty if no run was found.
         inputs: the inputs of a scan on which the difference depends.
     """
@@ -77,12 +78,12 @@ class Difference:
     """The differences between two programs.
 
     Attributes:
-        changed: values that both programs have and that can differ, in the order of their names.
+        changed: values that exist in both programs and can differ, in the order of their names.
         fault: a major fault that can stop only one of the programs, or None.
         removed: values that only the old program writes.
         added: values that only the new program writes.
         uncompared: paths of arrays that an instruction without a model writes beyond the limit of elements.
-        unfollowed: places where the relation does not follow the programs; after them, any value may differ.
+        unfollowed: places where the relation does not follow the programs; after them, any value can differ.
         compared: number of values that are compared.
         held: numbers and bits that nothing writes; they are assumed to keep their values.
     """
@@ -112,7 +113,7 @@ def compare(
         is_output: returns whether a value that either program writes is compared.
 
     Raises:
-        LadderError: a program uses something that proofs don't support; the message names it.
+        LadderError: a program uses a feature that proofs don't support; the message names the feature.
     """
     system_of = partial(
         ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happens=RUN_ONLY
@@ -133,7 +134,7 @@ def compared(
     budget: int = BUDGET,
     is_output: IsOutput = lambda _key: True,
 ) -> Difference:
-    """Compare two systems that only scan; the second one shares the first one's terms."""
+    """Compare two systems that only scan. The second system shares the terms of the first."""
     return _Comparison(old, new, limits, budget, is_output).difference()
 
 
@@ -142,10 +143,10 @@ class _Comparison:
     """Compares two systems on shared variables.
 
     Attributes:
-        budget_left: the work that the comparison may still do, see `Solver`.
-        replacements: terms that replace the new program's variables that the old one does not share.
+        budget_left: the remaining work limit of the comparison; see `Solver`.
+        replacements: terms that replace variables of the new program that it does not share with the old one.
         unlike: the replacements for values of the program.
-        unshared: names of unknown values that are not shared, see `SharedUnknowns.match`.
+        unshared: names of unknown values that are not shared; see `SharedUnknowns.match`.
     """
 
     old: ProgramSystem
@@ -197,9 +198,9 @@ class _Comparison:
         """Decide each value; add the values that are not proved equal, and the assumptions of the proofs.
 
         Args:
-            open_keys: values that may differ.
-            now_keys: values that one scan after equal states may make different.
-            dirty: all values that may ever differ.
+            open_keys: values that can possibly differ.
+            now_keys: values that can possibly differ after one scan from equal states.
+            dirty: all values that can possibly differ in any scan.
         """
         for key in sorted(dirty - {FAULT}):
             variable = self.new.machine.vars[key]
@@ -217,7 +218,7 @@ class _Comparison:
                 result.changed.append(change)
 
     def _common_keys(self, written: Iterable[Key]) -> list[Key]:
-        """Return the given values that both programs have, and `FAULT` if either program can fault."""
+        """Return the given values that exist in both programs, and `FAULT` if either program can fault."""
         common = []
         for key in sorted(written):
             leaves = [side.lowered.layout.find(key[0]) for side in (self.old, self.new)]
@@ -239,7 +240,7 @@ class _Comparison:
         )
 
     def _unfollowed(self, problem: ProgramSystem) -> tuple[str, ...]:
-        """Return the places where the relation does not follow a program; () if no run reaches one."""
+        """Return the places where the relation does not follow a program; () if no run reaches any."""
         if problem.deep is FALSE or prove(problem, problem.deep, replace(self.limits, replays=False)):
             return ()
         return problem.limits_met()
@@ -284,7 +285,7 @@ class _Comparison:
         return old, self._in_new(new)
 
     def _differ(self, key: Key) -> T:
-        """Return the condition that a value differs after a scan; TRUE if its kind differs."""
+        """Return the condition under which a value differs after a scan; TRUE if its kinds differ."""
         old, new = self._pair(key)
         return TRUE if old.kind != new.kind else not_(same(old, new))
 
@@ -335,7 +336,7 @@ class _Comparison:
             depending |= added
 
     def _deciding_held_numbers(self, system: System, common: Iterable[Key]) -> list[HeldNumber]:
-        """Return the held values that decide whether the given values differ."""
+        """Return the held values on which differences of the given values depend."""
         differing = {key: self._differ(key) for key in common}
         differing_keys = [key for key, differ in differing.items() if differ is not FALSE]
         cone = system.cone(differing.values())
@@ -410,12 +411,12 @@ class _Comparison:
 
 
 class _Base:
-    """A search for runs from power-up; one solver for all values translates each scan only once.
+    """A search for runs from power-up. All values share one solver, so each scan is translated only once.
 
     Args:
         system: both programs.
         limits: limits of each question.
-        roots: all conditions that runs may be searched for.
+        roots: all conditions for which runs can be searched.
     """
 
     def __init__(self, system: System, limits: Limits, roots: Sequence[T]) -> None:
@@ -429,7 +430,7 @@ class _Base:
         return self._solver.work
 
     def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
-        """Return a run whose last scan makes a condition true; () on a blown fuse, None if none does."""
+        """Return a run whose last scan makes a condition true; () if the fuse blows, None if no run does."""
         for number in range(self._limits.scans):
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))
@@ -440,7 +441,7 @@ class _Base:
         return None
 
     def _frame(self, number: int) -> Frame:
-        """Return the scan with a number, from 0; make it if it follows the last one made."""
+        """Return a scan by its number, from 0. Create the scan if its number follows the last created one."""
         if number == len(self._frames):
             previous = self._frames[-1] if self._frames else None
             with self._system.narrowing(self._roots):
@@ -461,7 +462,7 @@ def _free_paths(problem: ProgramSystem, keys: Iterable[Key]) -> set[str]:
 
 
 def _written(problem: ProgramSystem) -> set[Key]:
-    """Return the values that a program may write."""
+    """Return the values that a program can write."""
     states = {problem.key_of[name] for name in problem.next if name in problem.key_of}
     return states | set(problem.machine.written)
 
@@ -484,13 +485,13 @@ def _marked(order: Sequence[T], names: set[str]) -> set[int]:
 
 
 def _initial(problem: ProgramSystem, path: str) -> str:
-    """Return the initial values of a tag as text; "" if the memory does not have it."""
+    """Return the initial values of a tag as text; "" if the memory does not contain the tag."""
     memory, leaf = problem.engine.memory, problem.lowered.layout.leaf(path)
     return repr(memory.values(leaf)) if memory.has(leaf) else ""
 
 
 def _is_shown(key: Key) -> bool:
-    """Return whether a place is a tag that users know, not a hidden place or a system flag."""
+    """Return whether a place is a visible tag, not a hidden place or a system flag."""
     return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
 
 

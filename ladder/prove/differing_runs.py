@@ -20,7 +20,7 @@ FAULT: Key = (STOPPED, 0)
 
 
 def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
-    """Run both compiled programs with equal random inputs; return a run for each value that differed."""
+    """Run both compiled programs with equal random inputs; return a run for each value that differs."""
     runs: dict[Key, tuple[ScanOf, ...]] = {}
     free = _free(new) | _free(old)
     inputs = {(new if name in new.key_of else old).key_of[name]: variable for name, variable in free.items()}
@@ -89,7 +89,7 @@ def _differ(pair: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
 
 
 def _free(problem: ProgramSystem) -> dict[str, T]:
-    """Return the free variables that may change before the first scan, by name."""
+    """Return the free variables that can change before the first scan, by name."""
     variables = problem.machine.vars
     names = [name for name in problem.key_of if problem.role(name) == "free" and name not in problem.late]
     return {name: variables[problem.key_of[name]] for name in sorted(names)}

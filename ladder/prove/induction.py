@@ -1,10 +1,11 @@
-"""Decides properties: it proves one for every run, finds a run that breaks it, or reaches a limit.
+"""Decides properties: it proves a property for every run, finds a run that breaks it, or reaches a limit.
 
-Two questions alternate. Base: can scan k + 1 after power-up break the property? Step: does the property
-follow from k scans that satisfy it, from any state? Invariants strengthen the step.
+Two questions alternate. Base: can scan k + 1 after power-up break the property? Step: from any state, does
+the property follow from k scans that satisfy it? Invariants strengthen the step.
 
-The compiled program replays each run that the solver finds, and its memory decides. An instruction without a
-model may compute a different value than the solver chose, or fail to fault when the solver chose a fault. The
+The compiled program replays each run that the solver finds, and the values in its memory decide. An
+instruction without a model can compute a different value than the solver chose, or not fault when the solver
+chose a fault. The
 solver then learns the actual value and tries again. A run ends with the scan of a major fault; claims are
 about the state after it.
 """
@@ -40,7 +41,7 @@ WORK = 10_000_000
 """Default work limit for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Number of scans that the search always tries, and the work limit for trying longer runs."""
+"""Number of scans that the search always tries, and the work limit for longer runs."""
 
 FUSES = 10
 """The fuse for a property, as a multiple of the fuse for one question."""
@@ -65,8 +66,8 @@ class Limits:
         scans: length of the longest run that the search tries.
         k: maximum number of scans in an induction.
         work: number of terms in the questions for one property; see `Solver`.
-        fuse: the solver's steps for one question; a property gets ten times as many.
-        helped: whether the proof may use invariants.
+        fuse: the solver's steps for one question; the limit for a property is ten times as high.
+        helped: whether the proof can use invariants.
         replays: whether the compiled program replays the runs that the solver finds.
     """
 
@@ -95,7 +96,8 @@ class Verdict:
         blame: the instructions or limits that prevented an answer, if unknown.
         work: number of terms in the questions.
         steps: number of the solver's steps.
-        certificates: of the property, and of "the relation follows the program" if that needs a proof.
+        certificates: certificate of the property, and of "the relation follows the program" if this needs a
+        proof.
     """
 
     kind: VerdictKind = VerdictKind.UNKNOWN
@@ -116,10 +118,10 @@ def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Si
     """Decide whether a condition is false after every scan.
 
     Args:
-        problem: a program, or a system without a program, for which nothing is replayed.
+        problem: a program, or a system without a program, whose runs are not replayed.
         bad: a term of the values before a scan, or the place of a bit after it.
         limits: limits of the search.
-        fault: the site of the major fault that `bad` describes; None if `bad` is not about a fault.
+        fault: the site of the major fault that `bad` describes; None if `bad` does not describe a fault.
     """
     return _Proof(problem, bad, limits, fault).verdict()
 
@@ -147,7 +149,7 @@ class _Proof:
         return result
 
     def _decide(self, cone: dict[str, T]) -> None:
-        """Prove or refute the property; for an open answer, note everything that may prevent one."""
+        """Prove or refute the property; if it stays open, note everything that can prevent an answer."""
         system, result = self.system, self.result
         result.held = system.held_numbers(cone, [self.bad])
         if self.bad is FALSE:
@@ -186,7 +188,7 @@ class _Proof:
         self._unknown(f"the limit of {limits.scans} scans", *([fuse_text()] if steps.blown else []))
 
     def _reason_to_stop(self, base: Solver, base_answer: str, scan: int) -> str:
-        """Return the limit reached, or say that no run satisfies the assumptions; "" to continue."""
+        """Return the limit reached, or that no run satisfies the assumptions; "" to continue."""
         limits = self.limits
         assumptions = UNKNOWN
         if base_answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
@@ -231,7 +233,7 @@ class _Proof:
         return bool(system.follows)
 
     def _unknown(self, *blame: str) -> None:
-        """Note why the property stays undecided."""
+        """Note the reasons for an open property."""
         self.result.blame = (*self.result.blame, *blame)
 
     def _refute(self, base: Solver, run: Frame, broken: Any) -> None:
@@ -255,7 +257,7 @@ class _Proof:
 
     @staticmethod
     def _prefer_plain_run(base: Solver, frames: Sequence[Frame], broken: Any) -> None:
-        """Prefer a model without prescans, then one whose prescans read the next scan's inputs."""
+        """Prefer a model without prescans, then a model whose prescans read the next scan's inputs."""
         prescans = [
             frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
         ]
@@ -265,7 +267,7 @@ class _Proof:
             base.check(broken)  # repeat the first question, for its model
 
     def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
-        """Return whether a replay ends, in its last scan, with the fault that is asked about."""
+        """Return whether a replay ends with the given fault in its last scan."""
         fault = replayed.fault
         return fault is not None and fault.site == self.fault and replayed.scans_done == scans - 1
 
@@ -327,7 +329,7 @@ class _Proof:
         return False
 
     def _done_in_short_scans(self, longer: ProgramSystem, scans: list[dict[str, Any]]) -> bool:
-        """Return whether the rack's scans break the property too; if so, note the refutation."""
+        """Return whether scans of the rack's length also break the property; if so, note the refutation."""
         system, key = self.system, self.key
         assert isinstance(system, ProgramSystem)
         assert key is not None
@@ -350,7 +352,7 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
-    """Return the conditions that prescan reads the next scan's inputs, as in a scenario."""
+    """Return the conditions under which prescan reads the next scan's inputs, as in a scenario."""
     conditions: list[Any] = []
     for previous, scan in pairwise(frames):
         for name, (variable, formula) in previous.chosen.items():
@@ -363,7 +365,7 @@ def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
 
 @dataclass(slots=True)
 class _Steps:
-    """The step of an induction, which checks whether a property follows from k scans that satisfy it."""
+    """The step of an induction. It checks whether a property follows from k scans that satisfy it."""
 
     system: System
     bad: T
@@ -390,7 +392,7 @@ class _Steps:
         return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants, or reuse those of a larger cone; restart the step with them."""
+        """Find invariants, or reuse the invariants of a larger cone; restart the step with them."""
         cache, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
         cache_key = next((key for key in cache if key[0] is contract and key[1] >= names), (contract, names))
         if cache_key not in cache:
@@ -408,7 +410,7 @@ class _Steps:
         return False
 
     def _next_step_proves(self) -> bool:
-        """Add a scan; return whether the property follows in it. If it can't be decided, end the steps."""
+        """Add a scan; return whether the property follows in this scan. If undecided, end the steps."""
         solver = self._solver
         self._last = Frame(self.system, solver, self._last)
         for invariant in self.found:

@@ -31,7 +31,7 @@ class JointAnswers:
     Attributes:
         proved: each condition that is never true, with the k of its induction.
         broken: conditions that some run of the relation makes true.
-        gave_up: conditions whose fuse blew; an induction of one such condition alone may still succeed.
+        gave_up: conditions whose fuse blew; a separate induction of such a condition can still succeed.
         work: number of terms in the questions; see `Solver`.
     """
 
@@ -72,12 +72,12 @@ def _groups(truths: Sequence[T], size: int) -> Iterator[list[T]]:
 
 
 def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> JointAnswers:
-    """Decide which conditions are never true; a condition in none of the result's sets is undecided.
+    """Decide which conditions are never true; a condition in no set of the result is undecided.
 
-    The caller ensures that the relation follows the program, see `induction`.
+    The caller ensures that the relation follows the program; see `induction`.
 
     Args:
-        limits: limits for each condition; a group of n conditions shares n times as much work.
+        limits: limits for each condition; a group of n conditions shares n times this work limit.
     """
     answers, groups = JointAnswers(), dict[T, list[T]]()
     for truth in dict.fromkeys(truths):
@@ -125,7 +125,7 @@ class _JointInduction:
         return self._system.contract is TRUE or base.check() == SAT
 
     def _prove(self, most: int) -> None:
-        """Find the conditions that must be false after at most `most` scans in which they were false."""
+        """Prove each condition that must be false after at most `most` scans in which it is false."""
         proved, gave_up = self._follow(self._undecided, most, most)
         if most:
             least, _ = self._follow(

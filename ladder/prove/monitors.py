@@ -7,19 +7,19 @@ A claim becomes a line of structured text, compiled with the program:
     Prove__3 := 0; Prove__3 := Done;                     reachable Done
     Old__1 := Count;                                     after all claims, for old(Count)
 
-A line ends where its condition can't be computed, because a subscript is out of range. A claim is then
+If the condition can't be computed because a subscript is out of range, the line ends there. A claim is then
 broken, and a `reachable` condition is not reached. Claims are also checked after the scan of a major fault,
-on the state that the fault left.
+on the state at the fault.
 
 A routine named `NEVER` is also a monitor. Controllers don't run it, because no routine calls it. Each of its
 rungs is a claim that power never reaches the end of the rung. In structured text, each bit that a statement
-sets is a claim that the bit is never 1. The routine may have timers and one-shots. A rung that only prepares
+sets is a claim that the bit is never 1. The routine can have timers and one-shots. A rung that only prepares
 values for other rungs ends with `AFI()`.
 
     XIC(Valve)XIO(Open)TON(Late,2000,0)XIC(Late.DN)NOP();
 
-The machine of terms, the interpreter and the compiled program all run `LoweredProgram.monitors` after a scan,
-with the same instructions.
+The machine of terms, the interpreter and the compiled program all run `LoweredProgram.monitors` after a scan.
+They run the same instructions.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def monitored(
 
     Args:
         claims: other claims, which come first.
-        slots: slots of the rack; `slot1.status.IN_ESTOP` then names a bit of slot 1.
+        slots: slots of the rack, so conditions can contain names such as `slot1.status.IN_ESTOP`.
 
     Raises:
         LadderError: a condition can't be used (the message names the claim), or a routine NEVER is called.
@@ -163,13 +163,13 @@ def why_broken(engine: Engine, bit: Key) -> str:
 
 
 def is_claims(routine: str) -> bool:
-    """Return whether a monitor, named in capitals, checks claims rather than being a NEVER routine."""
+    """Return whether a monitor checks claims, and is not a NEVER routine. Its name is in capitals."""
     return is_monitors_own(_short(routine))
 
 
 @contextmanager
 def monitoring(machine: Any) -> Iterator[None]:
-    """Run monitors in a `with`, with first scan and MCR zone off; restore the status flags afterward.
+    """Return a context that turns first scan and MCR zone off, and restores the status flags afterward.
 
     Args:
         machine: an interpreter, or the machine of terms.
@@ -232,7 +232,7 @@ class _Maker:
     _lowering: Lowering = field(init=False)
 
     def lower(self, lowering: Lowering) -> None:
-        """Lower all monitors; lay out both images of each slot in use, so contracts can name them."""
+        """Lower all monitors; lay out both images of each slot in use, so contracts can use them."""
         self._lowering, layout = lowering, lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
         for slot in self.slots:
@@ -363,7 +363,7 @@ class _Maker:
         return full
 
     def refusal(self, error: BuildError) -> LadderError:
-        """Return the error, which names the claims, for a program that can't be built with its monitors."""
+        """Return the error for a program that can't be built with its monitors; it names the claims."""
         lines = []
         for problem in error.problems:
             claim = self._claims.get(problem.site.routine.upper())
@@ -373,7 +373,7 @@ class _Maker:
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
-    """Replace each `old(...)` in a condition with what `latch` returns for its content."""
+    """Replace each `old(...)` in a condition with the result of `latch` for its content."""
     pieces, begin = [], 0
     for match in _OLD.finditer(text):
         if match.start() < begin:
@@ -393,13 +393,13 @@ _OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
 
 
 def _claim_name(claim: Claim) -> str:
-    """Return what an error calls a claim: its name, and its location if it is in the program."""
+    """Return the name of a claim for errors, with its location if it is in the program."""
     place = f"{claim.site.where}: " if claim.site.routine else ""
     return f"{place}property {claim.name!r}" if claim.name != claim.sentence else f"{place}prove"
 
 
 def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
-    """Return the claim that one rung of a NEVER routine makes."""
+    """Return the claim of one rung in a NEVER routine."""
     origin = rung.origin
     site = Site(program_of(routine.name), routine.name, index, file=origin.file, line=origin.line or None)
     lines = rung.comment.splitlines()

@@ -1,4 +1,4 @@
-"""Axes of a program: `[axes]` in a rack file. An axis without a slot is ideal, see `ideal_axis`.
+"""Axes of a program, from `[axes]` in a rack file. An axis without a slot is ideal; see `ideal_axis`.
 
 [axes.Feed]
 slot = 1

@@ -16,7 +16,7 @@ from .axes import WORDS, AxisSettings
 from .motion_control import AXIS_FAULT, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, MotionControl, MotionError
 
 ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
-"""Kinds of requests, see `axis3601.rung`."""
+"""Kinds of requests; see `axis3601.rung`."""
 
 COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
 """Command word for each request; a CCW home search uses 64, and a manual move 128 or 256."""
@@ -66,7 +66,7 @@ class Axis:
         return int(self.state["State"])
 
     def request(self, motion: MotionControl, kind: int, *words: int) -> None:
-        """Send a request of a given kind with output words; it replaces the previous one of `motion`."""
+        """Send a request of a given kind with output words. It replaces the previous request of `motion`."""
         ticket = wrap(int(self.state["Ticket"]) + 1, 32)
         self.state.set(Ticket=ticket, Kind=kind)
         for number in range(WORDS):

@@ -25,7 +25,7 @@ LARGEST = 1e15
 
 
 class MotionCall(NamedTuple):
-    """A motion instruction that is starting; its operands follow the axis, group or system and control."""
+    """A starting motion instruction; its operands follow the axis, group or system, and the control."""
 
     machine: Interpreter
     motion: MotionControl
@@ -59,7 +59,7 @@ class MotionCall(NamedTuple):
         return -1 if self.keyword(index, ("Forward", "Reverse")) == "REVERSE" else 1
 
     def show_begun(self) -> None:
-        """Set the bits that show that motion has begun."""
+        """Set the bits that indicate the beginning of a motion."""
         self.motion.set(IP=True, AC=True)
 
 
@@ -96,7 +96,7 @@ Maxima = Callable[[str], float]
 
 
 def dynamics_at(call: MotionCall, index: int, maximum: Maxima, current: float | None = None) -> Dynamics:
-    """Return speed, rates and jerks from the ten operands that start at `index`, or raise a MotionError.
+    """Return speed, rates and jerks from the ten operands beginning at `index`, or raise a MotionError.
 
     Args:
         current: speed for a merge at Current, which replaces the speed operand; 0 or None to use the operand.
@@ -142,14 +142,14 @@ def scaled(value: float, unit: str, maximum: float) -> float:
 
 
 def in_range(value: float, least: float = -LARGEST) -> float:
-    """Return a number from `least` to `LARGEST`, or raise a MotionError."""
+    """Return the value if it is between `least` and `LARGEST`; otherwise raise a MotionError."""
     if not least <= value <= LARGEST:
         raise MotionError(OUT_OF_RANGE)
     return value
 
 
 def allowed(dynamics: Dynamics) -> Dynamics:
-    """Return speed and rates if they are finite and above 0, or raise a MotionError."""
+    """Return speed and rates if they are finite and above 0; otherwise raise a MotionError."""
     if not dynamics.allowed:
         raise MotionError(OUT_OF_RANGE)
     return dynamics

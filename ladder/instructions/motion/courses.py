@@ -77,7 +77,7 @@ class Course:
         return Dynamics(*(float(self._member(name)) for name in DYNAMICS))
 
     def _phases(self, kind: Kind) -> Phases:
-        """Return the phases of the course's own profile; none if it ends at once or follows a master."""
+        """Return the phases of the course's profile; none if it ends at once or follows a master."""
         entry = float(self._member("entry"))
         if kind is Kind.MOVE:
             return move(self.goal, entry, self.dynamics)
@@ -96,7 +96,7 @@ class Course:
         return instant_at(self._phases(kind), (now_ns - int(self._member("begun_ns"))) / 1e9, last)
 
     def is_over(self, now_ns: int, present: Instant) -> bool:
-        """Return whether the course has ended; a course can't end in the scan that began it."""
+        """Return whether the course has ended; a course can't end in the scan in which it began."""
         return present.over and self.kind in ENDING and now_ns > int(self._member("begun_ns"))
 
     def begin(
@@ -114,7 +114,7 @@ class Course:
         self.set_hidden(**{name: getattr(dynamics, name) for name in DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
-        """Return how far the axis moves, which is its master's travel since the last call times a ratio.
+        """Return the travel of the axis: its master's travel since the last call, multiplied by a ratio.
 
         Store the master's position for the next call, and the speed of the axis.
         """
@@ -127,7 +127,7 @@ class Course:
         report(self._spot.memory, self._ideal, self.claim, error, **bits)
 
     def end(self, error: int = 0, **bits: bool) -> None:
-        """End the course; clear IP and AC of its instruction, and set the given bits."""
+        """End the course, clear IP and AC of its instruction, and set the given bits."""
         if self.kind is not Kind.NOTHING:
             self.report(error, **ENDED, **bits)
             self.set_hidden(kind=Kind.NOTHING, claim=0)

@@ -1,4 +1,4 @@
-"""An ideal axis, which is a servo that follows its profile exactly. An axis without a 3601 is ideal.
+"""An ideal axis: a servo that follows its profile exactly. An axis without a 3601 is ideal.
 
 Its motion is the sum of the simultaneous motions of its planners [MOTION-RM002H p. 124, 129]:
 
@@ -31,7 +31,7 @@ BITS = {member.name: member.at for member in AXIS_MEMBERS if member.at}
 """Word and bit number of each named bit of an axis, such as `MotionStatus.1`."""
 
 DEFAULT_SPEED, DEFAULT_RATE = 100.0, 1000.0
-"""100 % of maximum, in units/s and units/s², if neither the tag nor the rack file has one."""
+"""100 % of maximum, in units/s and units/s², if neither the tag nor the rack file specifies it."""
 
 STOPPED, RUNNING, SHUT = 2, 4, 10
 """CIPAxisState [MOTION-RM003, "CIP Axis State"]."""
@@ -90,7 +90,7 @@ class IdealAxis(MotionSpot):
         return bool(int(self[word]) >> int(number) & 1)
 
     def maximum(self, name: str) -> float:
-        """Return 100 % of the maximum Speed, Acceleration or Deceleration."""
+        """Return the maximum (100 %) of Speed, Acceleration or Deceleration."""
         limit = self.settings.max_speed if name == "Speed" else self.settings.max_acceleration
         default = DEFAULT_SPEED if name == "Speed" else DEFAULT_RATE
         return limit or float(self[f"Maximum{name}"]) or default
@@ -98,11 +98,11 @@ class IdealAxis(MotionSpot):
     # --- courses under way
 
     def instant(self, now_ns: int) -> Instant:
-        """Return the motion of the axis, which is the sum of all courses."""
+        """Return the motion of the axis: the sum of all courses."""
         return total(course.instant(now_ns) for course in self.courses.values())
 
     def position(self, now_ns: int) -> float:
-        """Return the position in units; a master's position dates from the last `catch_up`."""
+        """Return the position in units. The position of a geared axis is as of the last `catch_up`."""
         return float(self["~start"]) + self.instant(now_ns).travel
 
     def begin(
@@ -166,7 +166,7 @@ class IdealAxis(MotionSpot):
     # --- after a scan
 
     def catch_up(self, now_ns: int, masters: Masters, waiting: tuple[int, ...] = ()) -> None:
-        """Bring a geared axis up to date with its master, which first catches up with its own master.
+        """Update a geared axis to its master's position; the master first catches up with its own master.
 
         Args:
             now_ns: the time of the scan, ns.
@@ -196,7 +196,7 @@ class IdealAxis(MotionSpot):
         self._show(moving)
 
     def _end(self, course: Course, present: Instant) -> None:
-        """End a course with PC; its travel moves to `start`, for a move exactly to `target`.
+        """End a course with PC, and add its travel to `start`. After a move, `start` is exactly `target`.
 
         A home search redefines the position instead.
         """
@@ -224,7 +224,7 @@ class IdealAxis(MotionSpot):
     def _show(self, moving: Sequence[tuple[Course, Instant]]) -> None:
         """Write the tag's members, report ACCEL and DECEL to the instructions, and check MAW.
 
-        The axis stays active, so that the next scan updates it, while it moves or MAW is armed.
+        While the axis moves or MAW is armed, it stays active so that the next scan updates it.
         """
         present = total((REST, *(instant for _, instant in moving)))
         position, unwind = float(self["~start"]) + present.travel, self.settings.unwind

@@ -87,7 +87,7 @@ def _switch_off(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _reset(axis: IdealAxis, call: MotionCall) -> None:
-    """Run MASR, which ends a shutdown, or MAFR, which has nothing to do on an ideal axis."""
+    """Run MASR, which ends a shutdown, or MAFR, which has no effect on an ideal axis."""
     if call.name == "MASR":
         restart(axis)
 
@@ -165,7 +165,7 @@ def _stop(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
-    """Bring a planner (or for `whole`, the axis) to rest; return whether that takes time."""
+    """Bring a planner (or for `whole`, the axis) to rest; return whether it was moving."""
     all_planners = planner == "whole"
     courses = list(axis.courses.values()) if all_planners else [axis.courses[planner]]
     share = max(
@@ -200,7 +200,7 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
     present = course.dynamics
 
     def value(index: int, unit_index: int, maximum: str, unchanged: float) -> float:
-        """Return the operand after the yes-or-no operand at `index` if that is Yes, else `unchanged`."""
+        """Return the operand after `index` if the operand at `index` is Yes; otherwise return `unchanged`."""
         if not call.says_yes(index):
             return unchanged
         unit = call.keyword(unit_index, SPEED_UNITS)
@@ -218,8 +218,8 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
 def _gear(axis: IdealAxis, call: MotionCall) -> None:
     """Run MAG: begin to follow the master's position at a ratio.
 
-    Reverse and Unchanged apply to the sign of the previous ratio. A MotionError is raised if there is no
-    master or the axis is its own.
+    Reverse and Unchanged apply to the sign of the previous ratio. Raise a MotionError if the master does not
+    exist or is the axis itself.
     """
     number, position = position_of(call.machine, call.operands[0])
     ratio = call.number(2)

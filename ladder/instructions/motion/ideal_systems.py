@@ -79,7 +79,7 @@ class IdealSystem(MotionSpot):
         self.set_hidden(**{f"{name}{coordinate}": value for coordinate, value in enumerate(values)})
 
     def path(self, now_ns: int) -> list[float]:
-        """Return the present position on the path; `from` if there is no path."""
+        """Return the present position on the path; `from` if no path is active."""
         origin, destination = self.end("from"), self.end("to")
         length, instant = math.dist(origin, destination), self.course.instant(now_ns)
         if instant.over and self.kind is Kind.MOVE:
@@ -169,7 +169,7 @@ class IdealSystem(MotionSpot):
             axis.shift(axis.courses["whole"].follow(path[coordinate], axis_speed))
 
     def _end(self, now_ns: int) -> None:
-        """End the path with PC, and begin the pending path if there is one."""
+        """End the path with PC, and begin any pending path."""
         self.course.report(PC=True)
         self.stop_at_once(now_ns, pending=False)
         if self["~waiting"]:
@@ -234,7 +234,7 @@ def _member(call: MotionCall, index: int, name: str, default: float = 0.0) -> fl
 
 
 def _destination(start: list[float], operand: list[float], *, relative: bool) -> list[float]:
-    """Return the position to go to, or raise a MotionError. Omitted coordinates keep their values."""
+    """Return the target position, or raise a MotionError. Omitted coordinates keep their values."""
     goal = list(start)
     for coordinate, number in enumerate(operand):
         goal[coordinate] = start[coordinate] + number if relative else number
@@ -242,7 +242,8 @@ def _destination(start: list[float], operand: list[float], *, relative: bool) ->
 
 
 MERGES = ("Disabled", "Coordinated Motion", "All Motion")
-"""Merge keywords: a new path ends nothing, other paths of its system, or all motion of its axes [p. 449]."""
+"""Merge keywords: a new path ends no motion, other paths of its system, or all motion of its axes [p.
+449]."""
 
 
 def _begin_or_store(
@@ -301,7 +302,7 @@ def _path(system: IdealSystem, call: MotionCall) -> None:
 def _stop(system: IdealSystem, call: MotionCall) -> None:
     """Run MCS: end the transform if its motion type includes it, and bring the path to rest.
 
-    PC is immediate if there is no path to stop.
+    PC is immediate if no path is active.
     """
     motion_type = call.keyword(0, ("All", "Coordinated Move", "Coordinated Transform"))
     if motion_type in ("ALL", "COORDINATEDTRANSFORM", "COORDINATEDMOTION"):
@@ -320,7 +321,7 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
 
 
 def _change(system: IdealSystem, call: MotionCall) -> None:
-    """Run MCCD: continue the path with the changed speed and rates; those without a Yes stay the same."""
+    """Run MCCD: continue the path with the changed speed and rates. Values without a Yes do not change."""
     if system.kind is not Kind.MOVE:
         raise MotionError(ILLEGAL_CHANGE)
     dynamics = system.course.dynamics
@@ -346,7 +347,7 @@ def _restart(system: IdealSystem, _call: MotionCall) -> None:
 
 
 def _transform(system: IdealSystem, call: MotionCall) -> None:
-    """Run MCT or MCTO: show it as active in place of the previous one."""
+    """Run MCT or MCTO: show it as active in place of the previous transform."""
     report(system.memory, system.ideal, int(system["~transform"]), IP=False)
     system.set_hidden(transform=call.motion.claim)
     call.motion.set(IP=True)

@@ -108,7 +108,7 @@ MOST_TICKETS = (1 << 31) - 1
 
 
 def _number_of(machine: Interpreter, operand: Resolved) -> int:
-    """Return the number of an axis: above 0 on a 3601, below 0 if ideal; 0 for another operand."""
+    """Return the number of an axis: positive on a 3601, negative if ideal, and 0 for any other operand."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0
     return machine.whole(machine.get(operand.member("~axis")))
@@ -127,7 +127,7 @@ def _is_control(operand: Resolved) -> TypeGuard[Group]:
 
 
 def _row(name: str, operands: str, *, optional: int = 0) -> Spec:
-    """Return a row from operand names and kinds (see `USES`); the last `optional` may be omitted."""
+    """Return a row from operand names and kinds (see `USES`). The last `optional` operands can be omitted."""
     uses = tuple(map(_use, operands.split(", ")))
 
     def run(machine: Interpreter, power: bool, *resolved: Resolved) -> None:

@@ -2,15 +2,15 @@
 
 | instruction | 3601 |
 |---|---|
-| MSO | configures the module if the rack has a configuration; then the axis takes commands |
-| MSF, MASD | brings the axis to rest; it takes no commands |
+| MSO | configures the module if the rack has a configuration; then the axis accepts commands |
+| MSF, MASD | brings the axis to rest; it accepts no commands |
 | MASR, MAFR | Reset Errors |
 | MAM | absolute or relative move; MAJ: manual move; MAS: hold, or release |
 | MAH | Find Home |
 | MRP | Preset Position |
 | MCD | changes the speed of a manual move |
 
-A request is a ticket of the axis, see `axis3601.rung`. The instruction's bits follow the request: IP while it
+A request is a ticket of the axis; see `axis3601.rung`. The instruction's bits follow the request: IP while it
 is under way, PC or DN when it has ended, ER if the axis failed. A newer request ends IP without PC. A program
 with functions that a 3601 lacks is refused when it is built.
 
@@ -65,7 +65,7 @@ def _profile(command: int, target: int, speed: int, rates: Sequence[int]) -> tup
 
 
 def _servo_on(axis: Axis, call: MotionCall) -> None:
-    """Run MSO: turn the servo on, or first request the configuration, after which `follow` turns it on."""
+    """Run MSO: turn the servo on, or first request the configuration; `follow` then turns the servo on."""
     if axis.tag["ShutdownStatus"]:
         raise MotionError(SHUT_DOWN)
     if axis.status != 0:
@@ -208,7 +208,7 @@ def begin(axis: Axis, call: MotionCall) -> None:
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:
-    """Update an instruction's bits from its request, which it forgets once the request is over.
+    """Update an instruction's bits from its request, and forget a finished request.
 
     MSO turns the servo on when its configuration is finished.
     """

@@ -32,7 +32,7 @@ class MotionError(Exception):
 
 
 Argument = Resolved | str
-"""An operand, which is a number, a tag or a keyword."""
+"""An operand: a number, a tag or a keyword."""
 
 
 class MotionControl(Members):
@@ -49,7 +49,7 @@ class MotionControl(Members):
 
     @property
     def claim(self) -> int:
-        """The instruction's number in the upper 32 bits, and its request's number in the lower 32."""
+        """The instruction's number in the upper 32 bits, and its request's number in the lower 32 bits."""
         return self._machine.whole(self["~number"]) << 32 | self.ticket
 
     def begin(self, ticket: int = 0) -> None:

@@ -8,7 +8,7 @@ r"""Courses of an ideal axis: speeds over time, as closed forms.
 0 is a trapezoidal profile, and 0.5 is an S-curve of 100 % of time. A jerk in % of time is rate² / speed *
 (200 / % - 1); it reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
 
-Everything is a function of the time since the beginning, so nothing depends on how often it is computed.
+All results depend only on the time since the beginning, not on how often they are computed.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def total(instants: Iterable[Instant]) -> Instant:
 
 
 def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
-    """Return the rate that a jerk in units/s³ allows on a ramp to a speed, and the ramp share.
+    """Return the rate that a ramp to a speed can reach with a jerk in units/s³, and the ramp share.
 
     >>> shares(100.0, 1000.0, 20.0)  # 0.1 s of 0.3 s
     (100.0, 0.3333333333333333)
@@ -87,7 +87,7 @@ def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
 
 
 def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
-    """Return the ramps for a change of speed, which are two if the speed passes through zero."""
+    """Return the ramps for a change of speed. If the speed passes through zero, two ramps are returned."""
     if begin * end < 0:
         return (*ramp(begin, 0.0, dynamics), *ramp(0.0, end, dynamics))
     if abs(end) > abs(begin):
@@ -100,7 +100,7 @@ def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
 def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     """Return the phases of a move over a distance from a present speed.
 
-    A move that overshoots, because the speed is too high, reverses to its goal.
+    A move that overshoots because the speed is too high reverses to its goal.
 
     >>> [round(phase.seconds, 3) for phase in move(10.0, 0.0, Dynamics(5.0, 10.0, 5.0))]
     [0.5, 1.25, 1.0]

@@ -1,7 +1,7 @@
 """Motion structures in memory: axes, coordinate systems, and the instructions that move them.
 
-An axis stores which instruction a motion belongs to as a claim, which is the number of the MOTION_INSTRUCTION
-and the number of its request. A claim of an earlier request no longer sets bits of the instruction.
+An axis stores the instruction of a motion as a claim: the number of the MOTION_INSTRUCTION and the number of
+its request. A claim of an earlier request no longer sets bits of the instruction.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: 
 
 
 def _take_request(alarm: Members, name: str) -> bool:
-    """Return whether the program (by a rising bit) or the operator makes a request; clear the request."""
+    """Return whether the program (by a rising bit) or the operator makes a request, and clear the request."""
     program, program_before = alarm[f"Prog{name}"], alarm[f"~{name}"]
     requested = bool(program and not program_before) or bool(alarm[f"Oper{name}"])
     alarm.set(**{f"~{name}": program, f"Oper{name}": False})
@@ -40,7 +40,7 @@ def _take_request(alarm: Members, name: str) -> bool:
 
 
 def _switch(alarm: Members, set_request: str, reset_request: str, state: str) -> bool:
-    """Set or reset a state by its two requests, of which reset takes precedence; return the state."""
+    """Set or reset a state by its two requests, and return the state. Reset has precedence."""
     if alarm[f"Prog{reset_request}"] or alarm[f"Oper{reset_request}"]:
         alarm.set(**{state: False})
     elif alarm[f"Prog{set_request}"] or alarm[f"Oper{set_request}"]:
@@ -50,7 +50,7 @@ def _switch(alarm: Members, set_request: str, reset_request: str, state: str) ->
 
 
 def _has_lasted(machine: Interpreter, alarm: Members, active: bool) -> bool:
-    """Measure how long a condition has lasted; return whether that is at least MinDurationPRE ms."""
+    """Measure how long a condition lasts; return whether the time is at least MinDurationPRE ms."""
     if not active:
         alarm.set(MinDurationACC=0, **{"~active": False})
         return False
@@ -65,7 +65,7 @@ def _has_lasted(machine: Interpreter, alarm: Members, active: bool) -> bool:
 
 
 def _almd(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
-    """Run one call of ALMD: take the requests, then begin or end the alarm and set its acknowledgment."""
+    """Run one call of ALMD: read the requests, begin or end the alarm, and set its acknowledgment."""
     alarm = Members(machine, group)
     alarm.set(EnableIn=power, EnableOut=power, In=power)
     _copy(machine, alarm, ("ProgAck", "ProgReset", "ProgDisable", "ProgEnable"), operands)

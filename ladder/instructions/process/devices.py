@@ -1,4 +1,4 @@
-"""D2SD and D3SD: a device of two or three states with feedback [1756-RM006K p. 28-50].
+"""D2SD and D3SD: a device with feedback and two or three states [1756-RM006K p. 28-50].
 
     mode                      commanded state
     Hand (ProgHandReq)        HandFB; with three states the only HandFB that is set
@@ -7,7 +7,7 @@
 
 More than one command is a fault, and the state does not change. A commanded change starts the fault timer;
 the feedback of the state stops it. Where the manual is silent: the first scan also starts the timer, and an
-override by an alarm gives the operator control.
+override by an alarm switches to operator control.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class _Device:
         return state if state is not None and block[f"State{state}Perm"] else None
 
     def _is_overridden(self, block: FunctionBlock) -> bool:
-        """Return whether the device must be in override; an alarm also puts the operator in control."""
+        """Return whether the device must be in override; an alarm also switches to operator control."""
         by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
         at_start = block.first and block.on("OverrideOnInit")
         requested = block.on("ProgOverrideReq") or by_alarm or at_start

@@ -5,7 +5,7 @@ r"""Drive function blocks [1756-RM006K p. 270-304; the pages of PI, PMUL and SOC
 | PI | Out = I + Kp In, I = I before + Kp Wld (In + In before)/2 DeltaT |
 | SOC | Gain (1 + 2 ZetaLead s/WLead + (s/WLead)^2) / (s (1 + s/WLag)) |
 | PMUL | Out = the change of In, or In itself, x Multiplier/100,000; the remainder is kept |
-| SCRV | follows In, with Out's rate limited by AccelRate and DecelRate, the rate's change by JerkRate |
+| SCRV | follows In; AccelRate and DecelRate limit the rate of Out, JerkRate its change |
 
                       ___________ In
     SCRV  Out      _/             Rate rises by JerkRate DeltaT a call up to AccelRate, and falls
@@ -75,7 +75,7 @@ def _set_out(block: FunctionBlock, out: float, **internal: float) -> float:
 
 
 def _shaped(block: FunctionBlock, name: str, gain: float, value: float) -> float:
-    """Return a gain in nonlinear mode for a value of In."""
+    """Return the nonlinear gain for a value of In."""
     shapes = {
         sign: block.limited(f"Shape{name}{sign}", 0.1, _MOST_SHAPE, f"Shape{name}{sign}Inv")
         for sign in ("Plus", "Minus")
@@ -109,7 +109,7 @@ def _proportional_integral(block: FunctionBlock) -> float:
 
 
 def _second_order(block: FunctionBlock) -> float:
-    """Run one call of SOC, as an integral plus a lag; return Out, which stays if no time has passed."""
+    """Run one call of SOC, as an integral plus a lag; return Out, unchanged if no time has passed."""
     if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~y1": 0.0, "~exact": 0.0})
     value, previous_in, previous_integral = block.real("In"), block.real("~x1"), block.real("~exact")
@@ -136,7 +136,7 @@ def _second_order(block: FunctionBlock) -> float:
 def _pulses(block: FunctionBlock) -> float:
     """Run one call of PMUL; return Out.
 
-    The change of In wraps at WordSize bits. Out is truncated toward 0, and the rest is kept for the next
+    The change of In wraps at WordSize bits. Out is truncated toward 0, and the remainder is kept for the next
     call.
     """
     value = int(block["In"])
@@ -165,9 +165,9 @@ def _pulses(block: FunctionBlock) -> float:
 
 
 def _highest_rate(rate: float, distance: float, limit: float, jerk: float, seconds: float) -> float:
-    """Return the highest new rate, within its limits, from which Out can still arrive with rate 0.
+    """Return the highest new rate, within its limits, from which Out can still reach In with rate 0.
 
-    The next step moves (rate + new rate)/2 * seconds. The distance from there to rest is (new rate)^2/(2
+    The next step moves (rate + new rate)/2 * seconds. From there, the stopping distance is (new rate)^2/(2
     jerk).
     """
     change = jerk * seconds
@@ -197,8 +197,8 @@ def _s_curve(block: FunctionBlock) -> float:
 def _follow(block: FunctionBlock, target: float, up: float, down: float, jerk: float) -> float:
     """Move Out toward In, or to rest with HoldEnable; return Out.
 
-    AccelRate limits a motion away from 0 with AbsAlgRamp, otherwise an upward motion. DecelRate limits the
-    others.
+    AccelRate limits a motion away from 0 with AbsAlgRamp, otherwise an upward motion. DecelRate limits all
+    other motions.
     """
     out, rate, seconds = block.real("~exact"), block.real("~rate"), block.delta_t
     held = block.on("HoldEnable")
@@ -217,7 +217,7 @@ def _follow(block: FunctionBlock, target: float, up: float, down: float, jerk: f
 
 
 def _braking_step(rate: float, limit: float, jerk: float, seconds: float) -> tuple[float, float]:
-    """Return how far Out moves as its rate falls in one step, and the new rate."""
+    """Return the change of Out in a step with a falling rate, and the new rate."""
     if jerk * seconds >= limit:
         return 0.0, 0.0
     new_rate = max(rate - jerk * seconds, 0.0)
@@ -227,7 +227,7 @@ def _braking_step(rate: float, limit: float, jerk: float, seconds: float) -> tup
 def _step_toward(
     rate: float, distance: float, most: float, jerk: float, seconds: float
 ) -> tuple[float, float]:
-    """Return how far Out moves toward In in one step, given their distance, and the new rate."""
+    """Return the change of Out toward In in one step, and the new rate."""
     change = jerk * seconds
     if change >= most:
         step = min(most * seconds, distance)

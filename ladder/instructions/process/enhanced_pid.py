@@ -4,8 +4,8 @@
     CV = CV before + P dE% + I/60 E% DeltaT + 60 D d(dE%)/DeltaT         independent gains
     CV = CV before + P (dE% + E% DeltaT/(60 I) + 60 D d(dE%)/DeltaT)     dependent gains (DependIndepend)
 
-With PVEProportional, dE% uses only the change of PV; with PVEDerivative, d(dE%) does. Then the feedforward is
-added, and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
+With PVEProportional, dE% uses only the change of PV. With PVEDerivative, so does d(dE%). The feedforward is
+then added, and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
 
     mode               CV                       by
     Hand               HandFB                   ProgHandReq
@@ -90,7 +90,7 @@ def _requested_mode(loop: _PidLoop) -> str:
 def _choose_mode(loop: _PidLoop) -> None:
     """Set the mode.
 
-    Hand and Override have precedence over Manual after a fault or initialization, and that over the
+    Hand and Override have the highest precedence. Next is Manual after a fault or initialization, then the
     requested mode.
     """
     block = loop.block
@@ -193,9 +193,9 @@ def _change(loop: _PidLoop) -> float:
 
 
 def _in_deadband(loop: _PidLoop, previous_error: float) -> bool:
-    """Return whether the error is too small to change CV, and set ZCDeadbandOn to that.
+    """Return whether the error is too small to change CV, and set ZCDeadbandOn accordingly.
 
-    Without ZCOff, it counts as too small only after it has crossed zero.
+    Without ZCOff, the error counts as too small only after it has crossed zero.
     """
     block = loop.block
     band = block.limited("ZCDeadband", 0.0, math.inf)

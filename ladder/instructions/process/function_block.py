@@ -6,7 +6,7 @@
 | EnableOut | false if Out, or another result, is infinite or NaN |
 | DeltaT | by TimingMode: the task's period, or whole ms since the last call; OversampleDT; time stamps |
 | control | Program or Operator control by four requests; ProgOperReq and ProgProgReq have precedence |
-| first run, first scan | `ran` is false only before the first call, `begun` after each prescan |
+| first run, first scan | `ran` is false only before the first call, `begun` is false after each prescan |
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class FunctionBlock(Members):
         return high if value > high else low  # NaN becomes `low`
 
     def forbids(self, change: float, high: str = "HoldHigh", low: str = "HoldLow") -> bool:
-        """Return whether a bit forbids a change: `high` forbids an increase, `low` a decrease."""
+        """Return whether a bit prevents a change: `high` prevents an increase, `low` a decrease."""
         return (change > 0 and self.on(high)) or (change < 0 and self.on(low))
 
     def report(self, bits: dict[str, tuple[str, int]]) -> None:
@@ -98,7 +98,7 @@ class FunctionBlock(Members):
     # --- the beginning of a call
 
     def begin(self, names: Container[str]) -> None:
-        """Set the attributes, and store that the block has run.
+        """Set the attributes, and record that the block has run.
 
         The first run starts in Operator control. The first scan ignores all earlier requests.
 
@@ -190,7 +190,7 @@ Converters = dict[str, Callable[[Any], Any]]
 
 
 class CompiledBlock(FunctionBlock):
-    """A block in a compiled program, which passes all of the block's members as values."""
+    """A block in a compiled program. The program passes all members of the block as values."""
 
     def __init__(
         self,
@@ -242,8 +242,8 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
 
     Args:
         name: the name in `BLOCKS`.
-        step: runs one call; it returns a result that may overflow, or None.
-        optional: number of arrays at the end that may be missing.
+        step: runs one call; returns a result that can overflow, or None.
+        optional: number of trailing arrays that can be omitted.
     """
     kind = BLOCKS[name]
     arrays = ARRAYS.get(name, ())

@@ -41,7 +41,7 @@ def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool)
     """Set the alarms of a rate, from samples ROCPeriod apart.
 
     Returns:
-        A new rate in units/s; None if no period has ended.
+        The new rate in units/s, or None if no period has ended.
     """
     period, up, down = (block.real(f"{prefix}ROC{name}") for name in ("Period", "PosLimit", "NegLimit"))
     now = block.machine.now_ns
@@ -180,7 +180,7 @@ _UNIT_S = (1, 60, 3600, 86_400)
 
 
 def _total(block: FunctionBlock) -> float:
-    """Run one call of TOT: take the requests, add the flow and set the flags; return Total.
+    """Run one call of TOT: read the requests, add the flow, and set the flags; return Total.
 
     The first call after a start adds nothing, because the flow needs a previous value.
     """
@@ -216,7 +216,7 @@ def _add_flow(block: FunctionBlock, value: float, units: float) -> None:
 
 
 def _reset_total(block: FunctionBlock, *, program: bool) -> None:
-    """Reset the total on a request from the side in control; the program's needs a rising edge."""
+    """Reset the total on a request from the side in control; a program request needs a rising edge."""
     requested = block.on("ProgResetReq")
     by_program = program and requested and not block["~asked"]
     block.set(**{"~asked": requested}, ProgResetDone=by_program or (requested and block.on("ProgResetDone")))

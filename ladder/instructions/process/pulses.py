@@ -64,7 +64,7 @@ def _percents(block: FunctionBlock) -> bool:
 def _position(block: FunctionBlock) -> float:
     """Run one call of POSP; return PositionPercent.
 
-    The lengths of the pulses are computed when a cycle begins.
+    Pulse lengths are computed when a cycle begins.
     """
     if block.first:
         block.set(OpenTime=0.0, CloseTime=0.0)

@@ -1,4 +1,4 @@
-r"""RMPS: a profile of ramps and soaks, for example of a batch's temperature [1756-RM006K p. 110-126].
+r"""RMPS: a profile of ramps and soaks, such as the temperature of a batch [1756-RM006K p. 110-126].
 
     Out   ____      ramp to SoakValue[n] in RampValue[n] min (TimeRate), or at RampValue[n] units/min,
          /    \     then soak for SoakTime[n] min, then segment n + 1
@@ -22,7 +22,7 @@ _MS_PER_MIN = 60_000
 
 
 _SIDES = {True: ("Prog", "Hold"), False: ("Oper", "Manual")}
-"""The prefix of inputs and the mode after an end or a fault, by whether the program has control."""
+"""Prefix of inputs, and mode after the end or a fault, for program control (True) and operator control."""
 
 
 def _is_usable(value: float) -> bool:
@@ -42,7 +42,7 @@ def _mode(block: FunctionBlock, *, program: bool) -> str:
 
 
 def _begin_segment(block: FunctionBlock, segment: int, out: float) -> None:
-    """Make a segment the present one: its ramp begins at `out`, and its whole soak time is left."""
+    """Begin a segment: its ramp starts at `out`, and its full soak time remains."""
     times = block.arrays[2]
     block.set(CurrentSeg=segment, **{"~soaking": False, "~origin": out, "~left": float(times[segment])})
 

@@ -4,7 +4,7 @@
 |---|---|
 | SCL | scales raw units to engineering units; `Limiting` keeps the result in range |
 | HLL | keeps a value within limits; SelectLimit: 0 both, 1 the high limit, 2 the low limit |
-| SEL, SNEG | one of two values; a value, or its negative |
+| SEL, SNEG | SEL: one of two values; SNEG: a value or its negative |
 | SSUM | the sum of the selected values, each with its own gain |
 | MAXC, MINC | the highest or lowest value since Reset |
 | SETD, RESD | a latch that Set, or Reset, dominates |

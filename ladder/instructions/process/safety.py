@@ -123,7 +123,7 @@ def _set_dcs_output(block: Members, *, active: bool, status: bool, restarts: boo
 
 
 def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:
-    """Note when the inputs become valid; fault if they become invalid again."""
+    """Record when the inputs become valid; fault if they become invalid again."""
     if status and not block["~valid"] and not block["FP"]:
         block.set(**{"~valid": True, "~tested": cold_automatic, "~free": cold_automatic})
         block.set(**{"~both": False, "~apart": False, "~left": 0})
@@ -136,7 +136,7 @@ def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:
 def _monitor_channels(
     machine: Interpreter, block: Members, channels: tuple[bool, bool], limit_ms: int
 ) -> None:
-    """Fault if the channels differ too long, or if one cycles while the other stays active."""
+    """Fault if the channels differ too long, or if one channel cycles while the other stays active."""
     channel_a, channel_b = channels
     if channel_a == channel_b:
         if channel_a and block["~left"] and not block["FP"]:
@@ -167,7 +167,7 @@ def _fault_until_safe(block: Members, code: int) -> None:
 def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
     """Run CROUT: reset a fault, monitor statuses and feedbacks, then set the outputs.
 
-    `~held` is true after a reset with Actuate on: the outputs stay off until Actuate was off once.
+    `~held` is true after a reset with Actuate on. The outputs then stay off until Actuate turns off.
     """
     block = Members(machine, group)
     positive, limit_ms = bool(_number(machine, operands[0], FEEDBACKS)), machine.integer(operands[1])
@@ -202,7 +202,7 @@ def _status_off(inputs: bool, outputs: bool) -> int:
 
 
 def _set_outputs(machine: Interpreter, block: Members, active: bool) -> None:
-    """Switch both outputs if they must change; the reaction time begins."""
+    """Switch both outputs if they must change, and start the reaction time."""
     if active != block["O1"]:
         block.set(O1=active, O2=active, **{"~settled": False, "~moved": True, "~since_ns": machine.now_ns})
 

@@ -1,6 +1,7 @@
 """Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
 
-An operand is the first word of a file. Shifts move LEN bits, and the bit that is shifted out goes to UL. A
+An operand is the first word of a file. Shifts move LEN bits, and the bit that is shifted out is stored in UL.
+A
 sequencer starts at step 0, and step 1 follows step LEN.
 """
 
@@ -21,7 +22,7 @@ _BITS = 16
 def shift(left: bool) -> Callable[..., None]:
     """Return the function of BSL or BSR.
 
-    It shifts LEN bits once when the rung goes true; the other bits stay.
+    It shifts LEN bits once when the rung goes true; the other bits do not change.
     """
 
     def run(

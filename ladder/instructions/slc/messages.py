@@ -57,7 +57,7 @@ def _run(machine: Interpreter, power: bool, control: Place | Group, *started: Pl
 
 
 def _resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Any, ...]:
-    """Return the control block, and for one of words the hidden tag; raise an OperandError without one.
+    """Return the control block, and its hidden tag if it is words; raise an OperandError if it is missing.
 
     A control block of words also needs a stub.
     """

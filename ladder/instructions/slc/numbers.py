@@ -103,7 +103,7 @@ def subtract(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> N
 
 
 def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """Run MUL; the full product goes to the math register."""
+    """Run MUL; the full product is stored in the math register."""
     value = number(machine, a) * number(machine, b)
     if _is_whole(a, b):
         Status(machine).register = machine.whole(value)
@@ -111,7 +111,7 @@ def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> N
 
 
 def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """Run DIV; the destination gets the rounded quotient, S:14 the truncated one, S:13 the remainder."""
+    """Run DIV: store the rounded quotient in the target, the truncated one in S:14, the remainder in S:13."""
     x, y = number(machine, a), number(machine, b)
     if y == 0:
         store(machine, target, machine.infinity(x))
@@ -155,7 +155,7 @@ def one_source(function: Callable[[float], float]) -> Callable[[Interpreter, Res
     """Return the executor of an instruction that stores a function of its source."""
 
     def run(machine: Interpreter, source: Resolved, target: Place) -> None:
-        """Store the function of the source; where it has no value, infinity, which is an overflow."""
+        """Store the function of the source, or infinity if it is undefined, which is an overflow."""
         try:
             value = function(number(machine, source))
         except (ValueError, OverflowError, ZeroDivisionError):

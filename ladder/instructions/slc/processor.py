@@ -55,7 +55,7 @@ def before_scan(engine: Any, first: bool) -> None:
 
 
 def after_scan(engine: Any) -> None:
-    """Clear the first pass bit; raise LadderFault 0020 if the program has left a minor error bit set."""
+    """Clear the first pass bit; raise LadderFault 0020 if a minor error bit is still set."""
     if not has_status(engine):
         return
     status = Status(engine.interpreter)

@@ -1,7 +1,7 @@
 """The rows of the SLC dialect, with operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
 
 PRE, ACC, LEN and POS after a timer or control in a rung show values of the data file. They are used only if
-the export has no data for the file, see `rockwell.slc`.
+the export has no data for the file; see `rockwell.slc`.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _run_with_first(count: int, spec: Spec) -> Callable[..., Any]:
 
 
 def _queue(spec: Spec, *uses: Use) -> Spec:
-    """Return the row of a queue instruction as in Logix, whose last two operands are only shown."""
+    """Return the row of a queue instruction as in Logix; its last two operands are only shown."""
 
     def prescan(machine: Interpreter, *operands: Resolved) -> None:
         assert spec.prescan is not None
@@ -105,7 +105,7 @@ def _queue(spec: Spec, *uses: Use) -> Spec:
 
 
 def _file(name: str, *uses: Use, shown: int, run: Callable[..., None]) -> Spec:
-    """Return the row of an instruction on a file, whose last `shown` operands are only shown."""
+    """Return the row of an instruction on a file; its last `shown` operands are only shown."""
     prescan = prescan_sets(uses.index(Use.SLC_CONTROL), EN=True)
     return always(name, *uses, *_SHOWN[:shown], optional=shown, run=run, prescan=prescan)
 

@@ -1,14 +1,14 @@
 """MSG: a message to another controller, with its result from a stub (`stubs`).
 
     rung    ____|‾‾‾‾|_____________
-    EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays on until the end and a false rung, ST until the end
+    EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays on until the end and a false rung; ST until the end
     DN, ER  _______________|‾‾‾‾‾‾‾     until the next message
 
 In structured text, a call begins a message unless it is already under way. The message ends after a scan,
 even without another call, and then clears EN.
 
 Nothing is sent. The data of a read come from the stub's reply, if it has one. When DN is set, the data are in
-the tag that the export or the stub names.
+the tag specified in the export or the stub.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ STRING = 4 + 82
 """Size of a text, in bytes; it is initially empty."""
 
 RUNNING = 0x4000
-"""EntryStatus of a module with open connections, which has 4 in its upper four bits."""
+"""EntryStatus of a module with open connections: 4 in the upper four bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +31,12 @@ class StoredValue:
 
 
 def _zeros(size: int, *names: str) -> dict[str, StoredValue]:
-    """Return attributes that start at 0 and that SSV may not set."""
+    """Return attributes that start at 0 and that SSV can't set."""
     return {name: StoredValue(size) for name in names}
 
 
 def _settings(size: int, *names: str) -> dict[str, StoredValue]:
-    """Return attributes that start at 0 and that SSV may set."""
+    """Return attributes that start at 0 and that SSV can set."""
     return {name: StoredValue(size, set=True) for name in names}
 
 

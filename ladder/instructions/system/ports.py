@@ -1,7 +1,7 @@
 """Instructions for the serial port [1756-RM003N, ASCII serial port instructions].
 
 The controller has no port in user mode, so each instruction ends with ER and ERROR 4, "the port is in system
-mode". A stub can give another result.
+mode". A stub can return another result.
 """
 
 from __future__ import annotations

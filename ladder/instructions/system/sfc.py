@@ -22,7 +22,7 @@ def _chart_of(resolver: OperandResolver, name: Operand) -> str:
 
 
 def _resolve_sfr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
-    """Return the chart's routine, and the step to go to or 0 for its initial step."""
+    """Return the chart's routine, and the target step, or 0 for its initial step."""
     routine = _chart_of(resolver, operands[0])
     if isinstance(operands[1], Number) and operands[1].value == 0:
         return routine, Constant(0, DINT)
@@ -33,7 +33,7 @@ def _resolve_sfr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tu
 
 
 def _sfr(machine: Interpreter, routine: str, step: Group | Constant) -> None:
-    """Let the chart go to a step, and set the step's Reset bit."""
+    """Move the chart to a step, and set the step's Reset bit."""
     chart = machine.lowered.charts[routine]
     target = chart.initial if isinstance(step, Constant) else chart.node_of(step)
     assert target is not None

@@ -1,9 +1,9 @@
 """EVENT, and GSV and SSV for the objects of a controller [1756-RM003N, system values].
 
 An attribute is a row of `ATTRIBUTES`. The row has a function that returns the attribute as bytes and, unless
-it is read-only, a function that sets it from bytes. The tag of GSV and SSV may be a structure, an array, or
+it is read-only, a function that sets it from bytes. The tag of GSV and SSV can be a structure, an array, or
 the first member of a structure, as in exports. WallClockTime is the virtual time, which is 1970-01-01 00:00
-at power-up, until SSV sets it. Attributes that the runtime does not compute are stored in memory, see
+at power-up, until SSV sets it. Attributes that the runtime does not compute are stored in memory; see
 `objects`.
 """
 
@@ -37,7 +37,7 @@ THIS = "THIS"
 """Instance name for the program of the instruction, or for its task."""
 
 _TASK_OF = "THIS:"
-"""Prefix of a program's name: the task of this program, for GSV and SSV of a task."""
+"""Prefix of a program's name in GSV and SSV of a task; it selects the task of this program."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""
@@ -60,7 +60,7 @@ _FAULT_AT = 8  # type and code in a fault record, and their offset in bytes
 
 
 def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
-    """Return the program with a name in capitals, the first one for "", or None."""
+    """Return a program by its name in capitals, the first program for "", or None if unknown."""
     schedule = machine.lowered.schedule
     programs = schedule.programs if schedule is not None else ()
     return next((program for program in programs if not name or program.name.upper() == name), None)
@@ -69,7 +69,8 @@ def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
 def _read_major_fault(machine: Interpreter, name: str) -> bytes:
     """Return the MajorFaultRecord of a program.
 
-    Its time is that of the read: a record exists only in the scan of the fault, in the fault routine.
+    Its time is the time of the read, because a record exists only in the scan of the fault, in the fault
+    routine.
     """
     program = _program(machine, name)
     if program is None:
@@ -82,7 +83,7 @@ def _read_major_fault(machine: Interpreter, name: str) -> bytes:
 
 
 def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
-    """Set a program's fault type and code from a MajorFaultRecord; ignore one that is too short."""
+    """Set a program's fault type and code from a MajorFaultRecord; ignore a record that is too short."""
     program = _program(machine, name)
     if program is None or len(data) < _FAULT_AT + _FAULT.size:
         return
@@ -161,7 +162,7 @@ def _set_wall(machine: Interpreter, now_us: int) -> None:
 
 
 def _of_clock(value: Callable[[Interpreter], int]) -> Reader:
-    """Return a function that reads an instant."""
+    """Return a function that reads the time of a clock."""
     return lambda machine, _name: struct.pack("<q", value(machine))
 
 
@@ -176,7 +177,7 @@ def _date(machine: Interpreter, _name: str) -> bytes:
 
 @lru_cache(maxsize=4)
 def _date_at(wall_us: int) -> bytes:
-    """Return the date at an instant; cached, because several instructions in a scan may need it."""
+    """Return the date at an instant. It is cached, because several instructions in a scan can need it."""
     now = POWER_UP + datetime.timedelta(microseconds=wall_us)
     day = now.year, now.month, now.day
     return struct.pack("<7i", *day, now.hour, now.minute, now.second, now.microsecond)
@@ -249,7 +250,7 @@ def _attribute_of(kind: str, name: str, stored: StoredValue) -> Attribute:
 
 @lru_cache(maxsize=256)
 def _attribute(kind: str, name: str) -> Attribute | None:
-    """Return an attribute that is computed or stored in memory; None if there is none."""
+    """Return an attribute that is computed or stored in memory; None if it does not exist."""
     stored = stored_value(kind, name)
     return ATTRIBUTES.get((kind, name)) or (None if stored is None else _attribute_of(kind, name, stored))
 
@@ -303,7 +304,7 @@ def _reserve(resolver: OperandResolver, kind: str, instance: str, name: str) -> 
 
 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
-    """Return the member of an axis's tag that has an attribute; raise an OperandError if there is none."""
+    """Return the member of an axis's tag for an attribute; raise an OperandError if it is missing."""
     try:
         member = resolver.any_operand(tag.member(name))
     except LadderError:
@@ -330,7 +331,7 @@ def _element_count(end: End, size: int) -> int:
 
 
 def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, target: Place | Group) -> None:
-    """Copy the bytes of an attribute to the target, as far as its array reaches."""
+    """Copy the bytes of an attribute to the target, up to the end of its array."""
     data = _read(machine, kind, instance, name)
     store, region, first = end = machine.end(target)
     count = _element_count(end, len(data))

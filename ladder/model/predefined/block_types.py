@@ -64,4 +64,4 @@ DIAGRAM_TYPES: Mapping[str, Structure] = {
         ("MULTIPLEXER", f"REAL {_EIGHT} DINT Selector=1", "REAL Out", "SelectorInv"),
     )
 }
-"""Structures of blocks that only diagrams have."""
+"""Structures of blocks that exist only in diagrams."""

@@ -1,8 +1,9 @@
 """Data types of motion: axes, motion instructions, groups, coordinate systems, cams.
 
 Bits and members are as in the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
-chapter "Motion Instruction Structure"]. All types of axis have the same members here: the ones that programs
-use most. A program that uses another member is refused at that line; an L5X adds the member to the type.
+chapter "Motion Instruction Structure"]. All axis types have the same members here: the members that programs
+use most. A program that uses another member is refused at that line. If an L5X uses another member, the
+member is added to the type.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ MOTION_INSTRUCTION = Structure(
     + members_of("INT ERR SINT STATUS STATE DINT SEGMENT SINT EXERR"),
     hidden=members_of("LINT started_ns DINT ticket number"),
 )
-"""Status of a motion instruction; `ticket` is the number of its request to the axis, `number` its own."""
+"""Status of a motion instruction; `ticket` is the number of its request to the axis, `number` the number of
+the instruction."""
 
 _MOTION_STATUS = (
     "AccelStatus DecelStatus MoveStatus JogStatus GearingStatus HomingStatus StoppingStatus AxisHomedStatus "
@@ -121,11 +123,11 @@ AXIS_MEMBERS: tuple[Member, ...] = (
 )
 
 PLANNERS = ("move", "jog", "gear", "whole")
-"""Motions that an ideal axis can superimpose, see `ideal_axis`; `whole` is for paths and for MAS of All."""
+"""Motions that an ideal axis can superimpose (see `ideal_axis`); `whole` is for paths and for MAS of All."""
 
 
 _COURSE = "DINT #kind LINT #begun_ns #claim LREAL #entry #goal #speed #up #down #up_share #down_share"
-"""Hidden members of a course, see `courses`; `#` is the prefix of its planner."""
+"""Hidden members of a course (see `courses`); `#` is the prefix of its planner."""
 
 _OF_AXES = members_of(
     "LREAL position LINT shown_ns DINT axis BOOL active "
@@ -137,7 +139,7 @@ _ANALOG_MEMBERS = tuple(
     Member("DriveFault", BOOL, at="ServoFault.9") if member.name == "DriveFault" else member
     for member in AXIS_MEMBERS
 )
-"""Members of an axis with an analog drive, whose fault is a bit of ServoFault."""
+"""Members of an axis with an analog drive. The fault of the drive is a bit of ServoFault."""
 
 AXIS_TYPES: Mapping[str, Structure] = {
     **{
@@ -188,7 +190,7 @@ _ENDS = (
     f"LREAL {for_each('from#', *range(6))} {for_each('to#', *range(6))} {for_each('next#', *range(6))} "
     "next_speed next_up next_down next_up_share next_down_share LINT next_claim"
 )
-"""Start and end of a path, then the end and the dynamics of the pending path."""
+"""Start and end of a path, followed by the end and the dynamics of the pending path."""
 
 COORDINATE_SYSTEM = Structure(
     "COORDINATE_SYSTEM",
@@ -231,7 +233,7 @@ BY_CLASS: Mapping[str, Structure] = {
     "MOTIONGROUP": MOTION_GROUP,
     "COORDINATESYSTEM": COORDINATE_SYSTEM,
 }
-"""Type of a class's instances in GSV and SSV, by class in capitals."""
+"""Type of the instances of a class in GSV and SSV, by class in capitals."""
 
 MOTION_TYPES: Mapping[str, Structure] = {
     kind.name: kind

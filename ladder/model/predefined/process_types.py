@@ -26,10 +26,10 @@ def block_structure(
 
     Args:
         name: name of the type.
-        inputs: its input parameters, see `members_of`; `TIMING` has the inputs of timing modes.
+        inputs: its input parameters (see `members_of`); `TIMING` has the inputs of timing modes.
         outputs: its output parameters.
         faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None if there is no Status.
-        hidden: members that keep values between calls, see `members_of`.
+        hidden: members that keep values between calls; see `members_of`.
         more: names of bits 1, 2, ... of Status2, if there are two words.
     """
     words = [] if faults is None else ["Status1", "Status2"] if more else ["Status"]
@@ -302,5 +302,5 @@ ARRAYS: Mapping[str, tuple[str, ...]] = {
 }
 """Arrays of REAL that a block uses in addition to its structure, in the order of structured text.
 
-An export names them with or without `Array` at the end.
+Their names in an export can end in `Array`.
 """

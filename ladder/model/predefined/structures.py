@@ -17,7 +17,7 @@ SERIAL_PORT_CONTROL = Structure(
 """Control of serial port instructions [1756-RM003N, ASCII serial port instructions]."""
 
 HMIBC = Structure("HMIBC", members_of("BOOL EnableIn EnableOut ProgFB ButtonState HMIButtonSet"))
-"""Structure of HMIBC, whose ButtonState is set by a page or a test."""
+"""Structure of HMIBC. A page or a test sets its ButtonState."""
 
 _PLAIN = tuple(
     Structure(name, members_of(text))
@@ -54,8 +54,9 @@ CHARTS = (
     _of_chart("SFC_ACTION", "A31 Q30 PauseTimer29", "PRE T Count", "LINT ns owner latch"),
     _of_chart("SFC_STOP", "X31 Reset22", "Count"),
 )
-"""Tags of charts, with the bits of Status [1756-PM006, step and action tags]: `ns` is the time T counts,
-`new` whether the step has not been executed yet, `owner` the action that is on, `latch` the stored one.
+"""Types of chart tags, with the bits of Status [1756-PM006, step and action tags]. `ns` is the time counted
+by T, `new` is whether the step has not been executed yet, `owner` is the action that is on, and `latch` is
+the stored action.
 """
 
 PREDEFINED_TYPES: Mapping[str, DataType] = {
@@ -69,4 +70,4 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     **{kind.name: kind for kind in (*_PLAIN, *CHARTS)},
     **SLC_TYPES,
 }
-"""Types that every program may use, by name in capitals."""
+"""Types that every program can use, by name in capitals."""

@@ -21,7 +21,7 @@ from .terms import T
 Array = np.ndarray[Any, np.dtype[Any]]
 
 _wrap: Callable[..., Any] = arithmetic.wrap
-"""`wrap` for each element of an array, up to 62 bits; arrays support the operators that it uses."""
+"""`wrap` for each element of an array, up to 62 bits. Arrays support the operators that `wrap` uses."""
 
 LANES = 256
 """Default number of runs at once."""
@@ -64,7 +64,7 @@ def filled(t: T, value: Any, lanes: int = LANES) -> Array:
 
 
 def is_wide(t: T) -> bool:
-    """Return whether a whole number needs more bits than an array element has."""
+    """Return whether a whole number does not fit in an array element."""
     return t.kind == INT and not -FAR < t.lo <= t.hi < FAR
 
 
@@ -116,7 +116,7 @@ def _wide(t: T) -> Callable[..., Array]:
 
 
 def _per_run(t: T) -> Callable[..., Array]:
-    """Return a function that computes run by run, as `meaning` defines."""
+    """Return a function that computes each run separately, as defined by `meaning`."""
     function, kind = meaning(t.op, t.kind, t.val), dtype_of(t)
 
     def computed(*operands: Array) -> Array:

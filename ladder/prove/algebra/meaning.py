@@ -5,7 +5,7 @@ Booleans are `bool`, whole numbers are unbounded `int`, floats are `float`. A si
 
 | operation | meaning |
 |---|---|
-| not, and, iff, ite | on Booleans; the last two operands of `ite` may be of any kind |
+| not, and, iff, ite | on Booleans; the last two operands of `ite` can be of any kind |
 | add, sub, mul, div, rem | exact; `div` truncates toward zero; `div` and `rem` are 0 for a divisor of 0 |
 | band, bor, bxor | on two's complement patterns of unlimited width |
 | shr, wrap, bit, setbit, b2i | shift right, keep low bits, read a bit, write a bit, Boolean to 0 or 1 |
@@ -62,7 +62,7 @@ def to_nearest(a: float, b: float) -> float:
 
 
 def to_float(value: float, kind: str) -> float:
-    """Round a number to the nearest float of a kind; a whole number beyond the largest becomes infinite."""
+    """Round a number to the nearest float of a kind; a whole number that is too large becomes infinite."""
     try:
         double = float(value)
     except OverflowError:

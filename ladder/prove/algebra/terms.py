@@ -23,12 +23,12 @@ class T:
     """A term.
 
     Attributes:
-        op: its operation, see `meaning`; also "var" and "const".
+        op: its operation (see `meaning`), "var" or "const".
         args: its operands.
         kind: `BOOL`, `INT`, `F32` or `F64`.
         val: the setting of the operation, the value of a constant, or the name of a variable.
-        lo: the least value of a whole number.
-        hi: the greatest value of a whole number.
+        lo: the lowest value of a whole number.
+        hi: the highest value of a whole number.
         id: identifies the term.
     """
 
@@ -52,7 +52,7 @@ memo: dict[tuple[Any, ...], T] = {}
 
 
 def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi: int = 0) -> T:
-    """Return the one term object with these parts; a constant if the interval has only one number."""
+    """Return the shared term with these parts; a constant if the interval has only one number."""
     if kind == INT and lo == hi and op != "const":
         return const(lo)
     key = (
@@ -83,7 +83,7 @@ TRUE, FALSE = (T("const", (), BOOL, truth, lo=0, hi=0) for truth in (True, False
 
 
 def forget() -> None:
-    """Empty the table of shared terms, so new terms share nothing with earlier ones, which can be freed."""
+    """Empty the table of shared terms; new terms share nothing with earlier ones, which can be freed."""
     _table.clear()
     memo.clear()
 
@@ -181,7 +181,7 @@ def ite(c: T, a: T, b: T) -> T:
 
 
 def _truth_of(c: T, a: T, b: T) -> T | None:
-    """Return a choice between Booleans in a form without `ite`; None if there is no simpler form."""
+    """Return a choice between Booleans in a form without `ite`; None if no simpler form exists."""
     if a is TRUE or a is c:
         return or_(c, b)
     if a is FALSE:

@@ -1,4 +1,4 @@
-"""Built-in questions about a program: is anything dead, stuck, in conflict or never done, and can it fault?
+"""Built-in questions about a program: is any part dead, stuck, in conflict or never done, and can it fault?
 
 | rule | reported if |
 |---|---|
@@ -11,7 +11,7 @@
 | `fault` | refuted, by a run: a major fault, a zero divisor or an overflow |
 | `endless` | refuted, by a run: a loop does not end within the controller's watchdog |
 
-| file | does |
+| file | content |
 |---|---|
 | `of_program` | these questions about a program |
 | `points` | questions for a search: which states of contacts and coils can't be reached, and a run that
@@ -46,7 +46,7 @@ def ask(
         problem: a program.
         rules: ids of rules.
         routines: see `questions_of`.
-        limits: questions that need more work than this stay open.
+        limits: work limits; questions that need more work stay open.
         known_run: returns the conditions that a known run, such as the rack's scenario, makes true.
         listener: receives the findings as they are made.
     """

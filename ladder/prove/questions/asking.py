@@ -1,4 +1,4 @@
-"""Answering of the built-in questions about a program, cheapest first.
+"""Answer the built-in questions about a program, cheapest first.
 
 Three rounds report findings: random scans and a single scan from any state, then inductions, then inductions
 with invariants. Invariants take most of the time, so they are found once for all open questions.
@@ -19,7 +19,7 @@ from ..system import ProgramSystem
 from .deciding import FIRST_SCANS, KnownRun, QuestionLimits, TruthDecider
 
 PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
-"""Rules that find proofs; other rules find runs."""
+"""Rules whose findings are proofs; findings of other rules are runs."""
 
 RULES = (*PROVED_RULES, "conflict", "fault", "endless")
 
@@ -38,11 +38,11 @@ class Question:
     """A question: can a condition on the values before a scan ever be true?
 
     Attributes:
-        rule: the rule, which reports a finding either if the condition can be true or if it can't.
+        rule: the rule. It reports a finding either if the condition can be true, or if it can't be true.
         site: the instruction or rung.
         text: the finding, in words.
         bad: the condition.
-        lives: a condition that must be possible; if it is not, another finding covers this one.
+        lives: a condition that must be possible; if it is impossible, another finding covers this question.
         fault: the site of the major fault that `bad` describes, or None.
         coils: numbers of the instructions that disagree.
     """
@@ -57,7 +57,7 @@ class Question:
 
     @property
     def key(self) -> QuestionKey:
-        """The identity of a question, which is the same in every pass of a loop."""
+        """The identity of a question. It is the same in every pass of a loop."""
         return self.rule, self.site, self.text
 
     @property
@@ -174,14 +174,14 @@ class Questioning:
             self._ask(self._with_solver, is_last=True)
 
     def _truths(self, *, is_proof: bool) -> list[T]:
-        """Return the conditions of the open questions that a proof (or else a run) answers."""
+        """Return the conditions of the open questions that a proof answers, or otherwise a run."""
         return [question.bad for question in self._open.values() if question.is_proof is is_proof]
 
     def _count_left(self) -> int:
         return len({question.key for question in self._open.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the open questions; those about legs of a possibly dead rung wait for the next round."""
+        """Ask the open questions. Questions about legs of a possibly dead rung wait for the next round."""
         waiting: set[Rung] = set()
         self._remaining = len(self._open)
         for index, question in [*self._open.items()]:
@@ -209,7 +209,7 @@ class Questioning:
             self._listener.found(finding)
 
     def _without_solver(self, question: Question) -> Verdict:
-        """Return the verdict on a question without using the solver; unknown if it needs the solver."""
+        """Return the verdict on a question without using the solver; unknown if it is needed."""
         verdict_kind = self._decider.known(question.bad)
         if not question.is_proof:
             return Verdict(verdict_kind if verdict_kind is VerdictKind.PROVED else VerdictKind.UNKNOWN)

@@ -1,8 +1,8 @@
-"""Decisions on which conditions of a program can be true in a scan, trying the cheapest method first.
+"""Decide which conditions of a program can be true in a scan; the cheapest method comes first.
 
 1. A few random scans make most of the possible conditions true. 2. The solver finds the conditions that no
-state, reachable or not, and no input makes true. 3. More random scans, and a run that the caller knows. 4.
-Inductions of all remaining conditions at once, see `joint`. 5. For each condition alone, a run that the
+state, reachable or not, and no input makes true. 3. More random scans, and a run that the caller provides. 4.
+Inductions of all remaining conditions at once; see `joint`. 5. For each condition separately, a run that the
 compiled program confirms, or an induction with invariants.
 
 Proofs are valid for any values of numbers that nothing writes, so no proof depends on a recipe. They
@@ -31,7 +31,8 @@ from ..solving.solver import SAT, Solver
 from ..system import ProgramSystem, System
 
 FIRST_SCANS, FEWEST_SCANS, SCANS, RESTART = 4, 30, 75, 15
-"""Numbers of random scans: before using the solver, maximum for large and small programs, and per run."""
+"""Numbers of random scans: before the first use of the solver, maximum for large programs, maximum for small
+programs, and per run."""
 
 QUIET = 20
 """Number of random scans without a new result after which the solver decides the remaining conditions."""
@@ -53,8 +54,8 @@ class QuestionLimits:
     Attributes:
         each: limits for one question.
         rule: work limit for all questions of a rule (see `Solver`); later questions stay open.
-        states: maximum number of states in a question that is searched for invariants; twice as many take ten
-            times as long.
+        states: maximum number of states in a question for which invariants are searched. With twice as many
+            states, the search takes ten times as long.
     """
 
     each: Limits
@@ -81,7 +82,7 @@ class TruthDecider:
     Attributes:
         system: the problem, in which all numbers that nothing writes are free.
         possible: conditions that some scan makes true.
-        impossible: the verdict on each condition that no scan makes true; `never` adds the certificates.
+        impossible: the verdict on each condition that no scan makes true, with certificates added by `never`.
         impossible_held: conditions that no scan makes true while unwritten numbers keep their values.
         spent: the work so far, by rule.
     """
@@ -158,7 +159,7 @@ class TruthDecider:
             self.impossible[truth] = Verdict(VerdictKind.PROVED, k)
 
     def _charge(self, truths: Sequence[T], work: int) -> None:
-        """Count work for the rules of conditions, an equal share for each condition."""
+        """Add work to the totals of the conditions' rules, in equal shares for all conditions."""
         for truth in truths:
             self.spent[self.rules[truth]] += 1 + work // len(truths)
 
@@ -174,13 +175,13 @@ class TruthDecider:
     # --- one condition
 
     def known(self, t: T) -> VerdictKind:
-        """Return what is known about a condition, for any numbers that nothing writes."""
+        """Return the known verdict on a condition, for any values of numbers that nothing writes."""
         if t in self.impossible:
             return VerdictKind.PROVED
         return VerdictKind.REFUTED if t in self.possible else VerdictKind.UNKNOWN
 
     def never(self, t: T) -> Verdict:
-        """Return the verdict whether a condition is never true, with certificates; remember the answer."""
+        """Return the verdict on whether a condition is never true, with certificates; cache the verdict."""
         if t in self.possible:
             return Verdict(VerdictKind.REFUTED)
         verdict = self.impossible.get(t)
@@ -233,7 +234,7 @@ class TruthDecider:
 
         Args:
             free: conditions to be proved for any numbers.
-            held: conditions that a run is searched for.
+            held: conditions for which a run is searched.
         """
         saved = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
         self._with_invariants = True
@@ -248,7 +249,7 @@ class TruthDecider:
                 system.contract, system.kept = contract, contracts
 
     def _find_invariants(self, system: System, truths: Sequence[T]) -> bool:
-        """Find invariants for conditions, under the part of the contract that matters to them."""
+        """Find invariants for conditions, under the part of the contract that affects them."""
         system.contract, system.kept = system.narrowed(truths), []
         cone = system.cone(truths)
         found = invariants(system, cone, self.limits.each.fuse)
@@ -256,7 +257,7 @@ class TruthDecider:
         return bool(found.found)
 
     def _gets_invariants(self, system: System, t: T) -> bool:
-        """Return whether some states, but not too many, decide a condition, not counting contracts."""
+        """Return whether a condition depends on states, but not on too many. Contracts do not count."""
         contract, system.contract = system.contract, TRUE
         try:
             return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
@@ -302,7 +303,7 @@ class _RandomScans:
         self._most = max(FEWEST_SCANS, min(SCANS, MOST_COMPUTED // (self._runs.size + 1)))
 
     def scan(self, most: int) -> set[T]:
-        """Run scans until their total reaches a limit; return the conditions that some scan made true."""
+        """Run scans until their total reaches a limit; return the conditions that were true in some scan."""
         while (
             self._scan_count < min(most, self._most)
             and self._scans_without_news < QUIET

@@ -28,7 +28,7 @@ def questions_of(problem: ProgramSystem, routines: Collection[str] | None = None
     """Yield the built-in questions, in program order.
 
     Args:
-        routines: names of the routines to ask about, as in `LoweredProgram.routines`; None for all. Faults
+        routines: names of the routines to check, as in `LoweredProgram.routines`; None for all. Faults
             and endless loops are questions about all routines, because they stop the controller.
     """
     lines = [
@@ -58,14 +58,14 @@ def _coils_by_bit(steps: Iterable[LoweredStep]) -> dict[str, list[LoweredStep]]:
 
 
 def lines_reached(problem: ProgramSystem, routine: LoweredRoutine) -> Iterator[LoweredLine]:
-    """Yield the rungs and statements of a routine that some scan may run."""
+    """Yield the rungs and statements of a routine that can run in some scan."""
     for line in routine.lines:
         if any(step.site in problem.machine.passages for step in line.steps):
             yield line
 
 
 def _of_line(problem: ProgramSystem, line: LoweredLine) -> Iterator[Question]:
-    """Yield questions about a rung: whether an output ever has power, and what its contacts decide."""
+    """Yield questions about a rung: does an output ever have power, and do its contacts have an effect?"""
     passages, sites = problem.machine.passages, problem.lowered.sites
     outputs = [step for step in line.steps if step.kind is not InstructionKind.INPUT]
     if not outputs or sites[outputs[0].site].unit != "rung":
@@ -118,7 +118,7 @@ def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
 
 
 def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Question]:
-    """Yield questions about a bit's coils: is it ever on, ever off again, and do two OTEs disagree?"""
+    """Yield questions about a bit's coils: is it ever on, is it ever off again, do two OTEs disagree?"""
     place: Place = steps[0].operands[0]
     sites, after = problem.lowered.sites, bit_after(problem, place)
     setter = next((step for step in steps if step.name != "OTU"), None)
@@ -135,7 +135,7 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
 
 
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
-    """Yield pairs of coils. Of coils with the same power, perhaps thousands, only neighbors are paired."""
+    """Yield pairs of coils. Thousands of coils can have the same power, so only neighbors are paired."""
     numbers_by_power: dict[object, list[int]] = {}
     powers: list[object] = []  # of each coil; the coil's number if it has none or several
     for number, coil in enumerate(coils):
@@ -157,7 +157,7 @@ def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tup
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:
-    """Return the condition that a term is true and would be in a first scan after program mode."""
+    """Return the condition that a term is true, and would also be true in a first scan after program mode."""
     names = {"S:FS[0]": TRUE}
     schedule = problem.lowered.schedule
     for program in () if schedule is None else schedule.programs:

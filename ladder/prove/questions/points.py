@@ -1,4 +1,4 @@
-"""Questions for a search: which contact and coil states can't be reached, and a run that reaches one.
+"""Questions for a search: which states of contacts and coils can't be reached, and how to reach one.
 
 | state | of a contact | of a coil or another output |
 |---|---|---|
@@ -83,7 +83,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
     """Return the points that are proved unreachable, for any values of numbers that nothing writes.
 
     Args:
-        budget: work limit for all points; points that are undecided by then are not returned.
+        budget: work limit for all points; points that are still undecided at this limit are not returned.
     """
     points = points_of(problem)
     dead = find_impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
@@ -99,7 +99,7 @@ def run_to(
         start: an engine of the same program, in the state in which the run begins; None to begin at power-up.
 
     Raises:
-        LadderError: the program has no such point.
+        LadderError: the point is not in the program.
     """
     truth = points_of(problem).get(point)
     if truth is None:

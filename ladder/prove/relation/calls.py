@@ -54,7 +54,7 @@ class TermCalls(TermSteps):
             self.active = self._going_on(self.active)
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
-        """Run the statements or rungs of a routine; at a label, the paths that jumped to it join in."""
+        """Run the statements or rungs of a routine. At a label, add the paths that have jumped to it."""
         if routine.body is not None:
             self._body(routine.body, inputs)
             return
@@ -91,7 +91,7 @@ class TermCalls(TermSteps):
         return self._leave(power)
 
     def _leave(self, power: T) -> T:
-        """Reach what follows only where power is false; return FALSE, the power after the instruction."""
+        """Continue only where power is false; return FALSE, the power after the instruction."""
         self.active = and_(self.active, not_(power))
         return FALSE
 
@@ -141,17 +141,17 @@ class TermCalls(TermSteps):
         return power
 
     def _count_pass(self, undecided: int) -> bool:
-        """Count a pass if the end of its loop is unknown; return whether these are too many passes.
+        """Count a pass if the end of its loop is unknown; return whether the limit is exceeded.
 
         Args:
-            undecided: number of the loop's tests so far that end it on some paths only.
+            undecided: number of tests so far that end the loop only on some paths.
         """
         if undecided:
             self._passes += 1
         return undecided > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
     def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
-        """Return the condition that an index is past its last value, in the direction of the step."""
+        """Return the condition under which an index is past its last value, in the direction of the step."""
         count, last, increment = (term_of(self.integer(operand), INT) for operand in (index, terminal, step))
         return ite(lt(increment, const(0)), lt(count, last), lt(last, count))
 
@@ -159,7 +159,7 @@ class TermCalls(TermSteps):
         self.on_paths(lambda: self.put(index, self.converted(index.type, value())))
 
     def call_add_on(self, power: T, call: AddOnCall) -> T:
-        """Copy the inputs, run the routine for the rung's state if there is one, and copy the outputs."""
+        """Copy the inputs, run the routine for the rung's state (if it exists), and copy the outputs."""
         site, after = self.site, FALSE
         self._copies(call.inputs)
         self._put_power(call, power)
@@ -217,7 +217,7 @@ class TermCalls(TermSteps):
         self.site, self.inputs = site, inputs
 
     def _cut_pass(self, site: int) -> None:
-        """Where a loop still runs after its last pass, note that the relation does not follow it."""
+        """If a loop continues after its last modeled pass, note that the relation does not follow it."""
         if self.active is not FALSE:
             self.log.add(self.cut, (self.lowered.sites[site], "loop", f"more than {MOST_PASSES} passes"))
             self.deep = or_(self.deep, self.active)

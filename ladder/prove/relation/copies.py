@@ -1,6 +1,6 @@
-"""Copies and fills of regions in a scan on terms, see `state.regions`.
+"""Copies and fills of regions in a scan on terms; see `state.regions`.
 
-The first element and the number of elements may be terms. Each element is then copied under the condition
+The first element and the number of elements can be terms. Each element is then copied under the condition
 that its number is below the count.
 """
 
@@ -86,7 +86,7 @@ class TermCopies(TermPlaces):
                 self._write(target_store, part.leaf, index, value, number, count)
 
     def _copy_bytes(self, source: End, target: End, length: Any) -> None:
-        """Copy bytes, for elements of different types; past the source's end, the target stays."""
+        """Copy bytes, for elements of different types; past the source's end, the target is unchanged."""
         source_store, source_region, source_first = source
         target_store, target_region, target_first = target
         count = _constant_count(
@@ -144,7 +144,7 @@ def _most(count: Any, region: ArrayRegion) -> int:
 
 
 def _constant_count(count: Any, region: ArrayRegion) -> int:
-    """Return an element count, at least 0; refuse a computed one."""
+    """Return an element count, at least 0; refuse a computed count."""
     if isinstance(count, TermSymbol):
         raise UnmodeledError("a copy of a computed length between types")
     return _most(count, region)

@@ -1,12 +1,12 @@
 """One scan of a program on terms: the interpreter's rows fork inside an instruction and merge after it.
 
-`ScanMachine` is an interpreter that computes with terms. Power is a term, and so is `active`, which is
-whether a place in the program is reached. A row that only reads and writes through the machine runs
+`ScanMachine` is an interpreter that computes with terms. Power is a term, and so is `active`, the condition
+that a place in the program is reached. A row that only reads and writes through the machine runs
 unchanged. A row that jumps, calls or loops has `Spec.prove`. Any other instruction is a havoc: each place
-that it may write gets a new variable, which may have any value.
+that it can write becomes a new variable with any value.
 
 If `ends` is true, a major fault ends the scan: tags keep their values at that point, and no scan follows. If
-it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation may
+it is false, the scan continues, which is correct if no fault can occur. Because of havocs, the relation can
 have more behaviors than the program, but never fewer. `deep` is the condition under which the relation does
 not follow the program.
 """
@@ -38,13 +38,13 @@ class ScanMachine(TermCalls):
     Args:
         lowered: the program.
         dt: minimum and maximum time since the previous scan, in units of `tick_ns`.
-        known: values that no scan changes, by place, such as LEN of a CONTROL, which bounds loops.
+        known: values that no scan changes, by place. An example is LEN of a CONTROL, which limits loops.
 
     Attributes:
         state: the term after the scan of each place in use.
         vars: the variable of each place before the scan.
-        leaves: the leaf of each place, which has its type.
-        written: the places that the scan may write.
+        leaves: the leaf of each place, which contains its type.
+        written: the places that the scan can write.
         unmodeled: variables of values that are not modeled, with the instruction that writes them.
         cut: each instruction that is not modeled, with its name and the reason.
         faults: the condition for a major fault of each instruction, by number.
@@ -67,12 +67,12 @@ class ScanMachine(TermCalls):
         self.begin_again()
 
     def begin_again(self) -> None:
-        """Prepare to run more routines after the scan, even if it has ended early."""
+        """Prepare to run more routines after the scan, even if the scan has ended early."""
         self.active = TRUE
         self._ended = self.faulted = FALSE
 
     def _scan(self) -> None:
-        """Run the tasks that may be due, and the continuous task last; without tasks, the main routine."""
+        """Run the tasks that can be due, the continuous task last; without tasks, run the main routine."""
         schedule = self.lowered.schedule
         if schedule is None:
             self.call_routine(self.lowered.main, ())
@@ -84,7 +84,7 @@ class ScanMachine(TermCalls):
             self._task(schedule.continuous)
 
     def _is_due(self, task: ScheduledTask) -> T:
-        """Return the condition under which a task runs; a periodic one must if the scan took its period."""
+        """Return the condition under which a task runs; a periodic task must run after its period."""
         if task.task.kind is TaskKind.EVENT:
             pending = self.value_here(task.pending, 0)
             self.poke(task.pending, 0, FALSE)
@@ -114,7 +114,7 @@ class ScanMachine(TermCalls):
     # --- rungs
 
     def _line(self, line: LoweredLine, inputs: Sequence[Any], *, statement: bool = False) -> Any:
-        """Run a rung or statement; return its power. A rung in an override starts without power."""
+        """Run a rung or statement; return its power. A rung in a disabled MCR zone starts without power."""
         self.inputs = inputs
         power = TRUE
         if self.lowered.override and not statement:
@@ -124,7 +124,7 @@ class ScanMachine(TermCalls):
     # --- structured text
 
     def _arms(self, arms: Arms, inputs: Sequence[Any]) -> None:
-        """Run the arms of an IF, each one where its condition is the first true one; then ELSE."""
+        """Run each arm of an IF where its condition is the first true condition; then run ELSE."""
         entry, remaining, ends = self.active, TRUE, FALSE
         for line, body in arms.arms:
             self.active = self._going_on(and_(entry, remaining))
@@ -141,7 +141,7 @@ class ScanMachine(TermCalls):
         return self.active
 
     def _selection(self, selection: Selection, inputs: Sequence[Any]) -> None:
-        """Run each choice of a CASE where it is the first with the selector; any, if not modeled."""
+        """Run each choice of a CASE where it is the first with the selector; any choice, if not modeled."""
         self._line(selection.line, inputs, statement=True)
         value, entry, remaining, ends = self.selected, self.active, TRUE, FALSE
         for ranges, body in selection.choices:
@@ -188,7 +188,7 @@ class ScanMachine(TermCalls):
         return leaving
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
-        """Evaluate a CASE selector; return None if it is not modeled, so that any branch may run."""
+        """Evaluate a CASE selector; return None if it is not modeled, so any branch can run."""
         self.selected: Any = None
         chosen: list[Any] = []
 
@@ -212,7 +212,7 @@ class TermScheduler:
         self._machine = machine
 
     def trigger(self, task: ScheduledTask) -> None:
-        """Make an event task due; if it is already due, an overlap may be counted."""
+        """Make an event task due; if it is already due, an overlap can be counted."""
         machine = self._machine
         counted, width = machine.value_here(task.overlaps, 0), task.overlaps.type.wraps
         missed = ite(machine.value_here(task.pending, 0), wrap(add(counted, const(1)), width), counted)

@@ -40,7 +40,7 @@ class NotingMachine(TurningMachine):
         return after
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
-        """Run the legs of a branch; record the power after each; return the power of any leg."""
+        """Run the legs of a branch, and record the power after each leg. Return whether any leg has power."""
         active = self.active
         powers = [self._series(leg, power) for leg in branch.legs]
         if self.noting:

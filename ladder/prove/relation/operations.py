@@ -81,7 +81,7 @@ REAL: dict[str, Callable[..., T]] = {
 FACTORS = {"DEG": 180 / math.pi, "RAD": math.pi / 180}
 
 UNKNOWN = frozenset(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "**"))
-"""Functions of floats that are not modeled, so the result may be any number."""
+"""Functions of floats that are not modeled, so the result can be any number."""
 
 TRUTH: dict[str, Callable[..., T]] = {
     "AND": and_,

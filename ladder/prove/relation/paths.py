@@ -24,7 +24,7 @@ class PathFault(Exception):  # noqa: N818 - control flow, not an error
 
 
 class Decision(NamedTuple):
-    """A condition, and whether a path takes it as true."""
+    """A condition, and whether it is true on a path."""
 
     condition: T
     truth: bool
@@ -52,10 +52,10 @@ class Paths:
         self._unknown_count = 0  # unknown values of this path
 
     def unknown(self, kind: Hashable, create: Callable[[], T]) -> T:
-        """Return an unknown value. On a path, the value at this position is shared by all paths.
+        """Return an unknown value. All paths share the value at this position.
 
-        Paths exclude each other, so they may share values. They must share them, because each path
-        repeats the decisions of the previous path with the same terms.
+        Paths exclude each other, so they can share values. They must share values, because each path repeats
+        the decisions of the previous path with the same terms.
 
         Args:
             kind: identifies the value; different kinds never share a value.
@@ -70,7 +70,7 @@ class Paths:
         return self._unknowns[position]
 
     def decide(self, t: T) -> bool:
-        """Decide a condition on this path as `walk` planned, or as true if the condition is new."""
+        """Decide a condition on this path as planned by `walk`, or as true if the condition is new."""
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
@@ -136,7 +136,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
     """Return the value of the path that is taken.
 
     Args:
-        all_: whether the values of faulting paths count; if not, values of other paths may replace them.
+        all_: whether the values of faulting paths matter; if not, values of other paths can replace them.
     """
     counted = paths if all_ else [path for path in paths if not path.faulted]
     return _merged(counted or paths[:1], value, 0)
@@ -154,7 +154,7 @@ def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
 
 
 def faults_of(paths: list[Path]) -> T:
-    """Return the condition that the taken path faults."""
+    """Return the condition under which the path that is taken faults."""
     return any_of(_condition_of(path.decided) for path in paths if path.faulted)
 
 

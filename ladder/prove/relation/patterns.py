@@ -1,9 +1,9 @@
 """Bytes of terms, for copies between types. Each byte is either a known byte of a known value or unknown.
 
-A value that is copied whole to a place of the same type stays the same term. Otherwise the new value is
+A value that is copied as a whole to a place of the same type stays the same term. Otherwise the new value is
 composed of bytes. Three kinds of bytes and bits are unknown: bytes of a float that are copied to another
-type, bytes in gaps between members, and bits without a member in a byte of BOOL members. An earlier copy may
-have set the last two kinds.
+type, bytes in gaps between members, and bits without a member in a byte of BOOL members. The last two kinds
+are unknown because an earlier copy can have set them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Unknowns(Protocol):
         """Return a variable with an unknown value from `lo` to `hi`; a BOOL or a float has no interval."""
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the variable for a computation, which is the same for equal operands."""
+        """Return the variable for a computation. Equal operands have the same variable."""
 
 
 class Byte(NamedTuple):
@@ -97,7 +97,7 @@ def _slice_of(cells: Sequence[Byte | Bits | None]) -> Byte | None:
 def _float(
     cells: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknowns: Unknowns
 ) -> T:
-    """Return the float in bytes: a value copied whole, a constant, or the value of joined bytes."""
+    """Return the float in bytes: a value copied as a whole, a constant, or the value of joined bytes."""
     expected = kind_of(kind)[0]
     if whole is not None and whole.at == 0 and whole.t.kind == expected:
         return whole.t
@@ -110,7 +110,7 @@ def _float(
 
 
 def _joined(cells: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
-    """Return the float that bytes form, which is the same variable for the same bytes."""
+    """Return the variable for the float formed by bytes. Equal bytes have the same variable."""
     known_bytes = [byte for byte in cells if isinstance(byte, Byte)]
     if len(known_bytes) < len(cells):
         return unknowns.unknown(*kind_of(kind))

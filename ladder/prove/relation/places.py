@@ -16,10 +16,10 @@ Key = tuple[str, int]
 """A place, given by the path of its leaf in capitals and its flat index."""
 
 CLOCK = "~LAST_NS"
-"""Path suffix of a hidden member for an instant; its term is the time since then, in ms."""
+"""Path suffix of a hidden member for an instant; its term is the time since this instant, in ms."""
 
 AGE = 1 << 32
-"""Maximum time since an instant in a term, in ms; it is longer than any timer counts."""
+"""Maximum time since an instant in a term, in ms; it exceeds the range of all timers."""
 
 
 def name_of(key: Key) -> str:
@@ -28,7 +28,7 @@ def name_of(key: Key) -> str:
 
 
 MOST_ELEMENTS = 2048
-"""Maximum number of elements that a computed subscript may select."""
+"""Maximum number of elements that a computed subscript can select."""
 
 
 def kind_of(kind: Elementary) -> tuple[str, int, int]:
@@ -93,7 +93,7 @@ class TermMemory:
 
 
 def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
-    """Return which of the possible elements an index selects, as a term counted from 0, and their indices."""
+    """Return which possible element an index selects, as a term counted from 0, and all their indices."""
     number, step, begin = index, 1, 0  # index = number * step + begin
     if number.op == "add" and number.args[1].op == "const":
         number, begin = number.args[0], number.args[1].val
@@ -109,7 +109,7 @@ def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
 
 
 def chosen(values: list[T], number: T) -> T:
-    """Return the value that a number, which is always in range, selects."""
+    """Return the value selected by a number, which is always in range."""
     k = 0
     while len(values) > 1:
         truth = bit(number, k)
