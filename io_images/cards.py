@@ -6,9 +6,9 @@
 Terminal n of a digital card is bit n of its data, with 16 bits per word. Channel n of an analog card is word
 n. In a CompactLogix, the data of a card with 32 terminals is one DINT: `Local:2:I.Data.31`.
 
-To add a card, add its row and run `python -m tests.tools.generate`, which updates docs/card-tables.md. The
-members of tags are derived from the row and have the same names as in Studio 5000 [1769-UM002B, table 3.1;
-1769-IN087A, page 15]. `Fault` belongs to the connection and is not a word of an image:
+To add a card, add its row and run `python -m tests.tools.generate`, which updates the tables and the schema.
+The members of tags are derived from the row and have the same names as in Studio 5000 [1769-UM002B, table
+3.1; 1769-IN087A, page 15]. `Fault` belongs to the connection and is not a word of an image:
 
     digital inputs      I.Data
     digital outputs     O.Data, I.ReadBack

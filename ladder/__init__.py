@@ -17,18 +17,7 @@ this table:
 | `debug`, `draw` | breakpoints, forces, causes, cross reference; rungs as characters and SVG |
 | `prove` | properties of a program, for every input: a scan on terms, verdicts, monitors |
 
-To add an instruction:
-
-1. In its family's file in `instructions/`, write its row and the functions that the row names.
-   `spec.Spec` documents their arguments and results, and has the fields that drawings and structured text
-   use. A rare instruction does not need `write`; without it, the compiled program calls `run`.
-2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
-3. `python -m tests.tools.generate` adds its name to `docs/instructions.md`.
-
-`tests/unit/ladder/test_ladder_instruction_rows.py` reports a missing step. Random programs include the
-instruction automatically, based on the uses of its operands; see `tests/support/ladder_programs.py`.
-
-If an operand is used in a new way, add a member to `spec.Use` and a row to `operand_checks.OPERAND_CHECKS`.
+CONTRIBUTING.md has the steps that add an instruction.
 """
 
 from __future__ import annotations

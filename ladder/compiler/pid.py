@@ -99,7 +99,7 @@ def _write_measure(loop: _LoopText, raw: str) -> None:
 
 
 def _write_states(loop: _LoopText) -> None:
-    """Write the alarm bits and the detection of zero crossing."""
+    """Write the alarm bits and the zero-crossing state."""
     value, error = loop["PV"], loop.keep(f"{loop['SP']} - {loop['PV']}")
 
     def band(name: str, bit: str) -> str:

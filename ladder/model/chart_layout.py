@@ -67,7 +67,7 @@ class _Placing:
         self._free_column = 0
 
     def layout(self) -> ChartLayout:
-        """Place the elements below the initial step, then the unreachable elements; return all cells."""
+        """Place the elements reachable from the initial step, then the others; return all cells."""
         initial = self._chart.initial
         starts = ([initial] if initial else []) + list(self._chart.steps)
         for step in starts:

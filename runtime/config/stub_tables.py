@@ -109,7 +109,7 @@ class StubTable(Table):
         if not is_message and not sources:
             raise SettingError("value", "a consumed tag needs value, table or rack; a message needs after_ms")
         if self.tag and not self.rack:
-            raise SettingError("tag", "this is a tag of another rack: add the key rack")
+            raise SettingError("tag", "this is a tag of another rack: add a key `rack`")
         times = [step.at_ns for step in self.table]
         if times != sorted(set(times)):
             raise SettingError("table", "each entry must be later than the entry before it")

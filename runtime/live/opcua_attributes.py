@@ -1,8 +1,8 @@
 """The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
 
-asyncua (2.1) only reads attributes of existing nodes. It accepts any maximum age and any kind of timestamps,
-returns all timestamps, and supports neither index ranges nor data encodings. This module checks each row of
-the tables of result codes:
+For a Read, asyncua (2.1) only returns attributes of existing nodes. It accepts any maximum age and any kind
+of timestamps, returns all timestamps, and supports neither index ranges nor data encodings. This module
+checks each row of the tables of result codes:
 
     Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
                         BadMaxAgeInvalid, BadTimestampsToReturnInvalid

@@ -46,7 +46,7 @@ class TagDesk(QuietListener):
     """The last listener of the scan loop: it reads and writes tags for clients.
 
     Args:
-        tags: function that returns the tags of the running program, which an edit replaces.
+        tags: function that returns the tags of the running program; an edit replaces them.
         writes: whether clients may write tags.
         profile: names of the parts of input images, see `images.PROFILES`.
         waker: socket that wakes the server after an answer.

@@ -240,7 +240,7 @@ class EveryRpi(Exchange):
 
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        """Return the coming scans' rows: each scan sees the inputs of its latest exchange."""
+        """Return the rows for the next scans; each scan sees the inputs of its latest exchange."""
         latest_ns, rpi_ns = self._next_ns - self.rpi_ns, self.rpi_ns
         if period_ns % rpi_ns == 0:  # each scan sees only its last exchange
             first_ns = now_ns // rpi_ns * rpi_ns
@@ -267,7 +267,7 @@ class EveryRpi(Exchange):
             _advance(self._lines, latest_ns)
 
     def _exchange(self, at_ns: int) -> None:
-        """Update all modules with the outputs sent before, read inputs, and send the queued outputs."""
+        """Update all modules with the previously sent outputs, read inputs, and send the queued outputs."""
         for update, outputs, inputs in self._lines:
             inputs[:] = update(at_ns, outputs).raw
         self._sent[:] = self._waiting

@@ -10,8 +10,7 @@ in the same directory reserves enough space from the start for the open chunk, i
 
 The messages of an unfinished chunk can be written as a draft. A gap before the draft is large enough for the
 chunk. The chunk is later written there; its first bytes are written last. The draft is then cut off. A killed
-process
-therefore leaves the complete draft or the complete chunk.
+process therefore leaves the complete draft or the complete chunk.
 
     trace | DRAFT, gap ......... | message | message |
     trace | DRAFT, ..chunk|index | message | message |

@@ -7,11 +7,12 @@
 With PVEProportional, dE% uses only the change of PV. With PVEDerivative, so does d(dE%). The feedforward is
 then added, and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
 
-    mode               CV                       by
+    mode               CV                       requested by
     Hand               HandFB                   ProgHandReq
     Override           CVOverride               ProgOverrideReq
     Manual             CVProg or CVOper         ProgManualReq or OperManualReq
-    Auto, CasRat       the algorithm            ProgAutoReq or OperAutoReq, and the same with CasRat
+    Auto               the algorithm            ProgAutoReq or OperAutoReq
+    CasRat             the algorithm            ProgCasRatReq or OperCasRatReq
 
 Where the manual is silent: after Hand or Override, the mode is Manual; a setpoint or ratio is checked when it
 is used; DSmoothing has no effect. Tuning is not simulated, so AtuneReady stays false.

@@ -154,7 +154,7 @@ class TruthDecider:
         self._undecided |= {(not held, candidate) for candidate in affordable if candidate not in decided}
 
     def _note_impossible(self, truths: Iterable[T], k: int) -> None:
-        """Note that an induction of `k` scans, without invariants, has proved conditions impossible."""
+        """Record that induction over `k` scans, without invariants, has proved conditions impossible."""
         for truth in truths:
             self.impossible[truth] = Verdict(VerdictKind.PROVED, k)
 

@@ -131,7 +131,7 @@ def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
 
 
 def _outer_function(function: FunctionType, edition: Edition) -> ast.AST | None:
-    """Return the outer function of a function, or the function itself."""
+    """Return the syntax tree of the outermost function around a function; None if it is missing."""
     top = function.__code__.co_qualname.partition(".<locals>")[0]
     definition = edition.function(function.__module__, top)
     return None if definition is None else edition.tree(definition)

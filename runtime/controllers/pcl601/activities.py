@@ -1,17 +1,18 @@
 """Activities of the axis.
 
 kind          motion                                              ends
-INDEX         a relative or absolute move                         on its last step
-SLEW          endless                                             at a stop or limit
-REGISTERED    a slew after its registration mark                  a number of steps after the mark
-STOPPING      a slew or jog that ramps down to base speed         on the first step the ramp allows
-HOME_0        to the soft limit, then at base speed               at the home limit
-HOME_1        to the home limit                                   at the home limit; HOME_1_STOP follows
+INDEX         makes a relative or absolute move                   on its last step
+SLEW          moves until it is stopped                           at a stop or limit
+REGISTERED    continues a slew after its registration mark        a number of steps after the mark
+STOPPING      ramps a slew or jog down to base speed              on the first step the ramp allows
+HOME_0        moves to the soft limit, then at base speed         at the home limit
+HOME_1        moves to the home limit                             at the home limit; HOME_1_STOP follows
 HOME_1_STOP   ramps down past the home limit                      like STOPPING; HOME_1_BACK follows
-HOME_1_BACK   back at base speed                                  where the home limit opens
-JOG           while a jog input is grounded                       when it is released
-SETTLING      standstill during the encoder's delay               when the position has been checked
-CORRECTION    missing steps of the encoder, at base speed         on its last step, in SETTLING
+HOME_1_BACK   moves back at base speed                            where the home limit opens
+JOG           moves while a jog input is grounded                 when the input is released
+SETTLING      rests during the encoder's delay                    when the position has been checked
+CORRECTION    makes the steps that the encoder has not counted,   on its last step; SETTLING follows
+              at base speed
 """
 
 from __future__ import annotations

@@ -134,7 +134,7 @@ class Interpreter:
     # -- effects -----------------------------------------------------------------------------
 
     def send(self, char: str, data: int) -> None:
-        """Carry out the instruction with a character code; ignore a refusal."""
+        """Execute the instruction that has a character code; ignore a refusal."""
         self.host.execute(ord(char), data)
 
     def count(self) -> None:

@@ -191,7 +191,7 @@ class CardOptions(Options):
             self.check_value(press.input, press.value)
 
     def _check_ranges(self, kind: CardKind) -> None:
-        """Refuse a range or a format that the card lacks, or that belongs to no channel with a range."""
+        """Refuse a range or format that the card lacks, an unknown channel, or a format without a range."""
         for name, choice in self.ranges.items():
             _check_choice(f"ranges: {name!r}", choice, kind.ranges, kind.name)
             if name not in self.inputs and name not in self.outputs:

@@ -216,7 +216,7 @@ class Bench:
 
     @property
     def program(self) -> Any:
-        """The ladder program under its debugger, with its tags, breakpoints and pictures.
+        """The debugger of the ladder program, with tags, breakpoints and pictures.
 
         Raises:
             ValueError: the program is a Python function.

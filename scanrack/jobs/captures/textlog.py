@@ -1,4 +1,4 @@
-"""Reads a log of frames as text, with a time, a direction and bytes in each line.
+"""Reads a text log of frames; each line has a time, a direction and bytes.
 
     0.000 > 01 03 00 00 00 26 c5 d0
     0.027 < 01 03 4c 00 00 ...

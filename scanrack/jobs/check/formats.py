@@ -23,7 +23,7 @@ def as_json(report: CheckReport) -> dict[str, object]:
 
 
 def _finding(finding: Finding) -> dict[str, object]:
-    """Return a finding for --json, with its place in the file and, if it has one, in a routine."""
+    """Return a finding for --json, with its place in the file and, within a routine, its place there."""
     row: dict[str, object] = {
         "rule": finding.rule,
         "level": finding.row.level,

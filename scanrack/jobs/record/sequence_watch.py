@@ -69,7 +69,8 @@ def watching(listener: ScanListener, logic: ScanLogic) -> ScanListener:
 class WatchesSequences:
     """Reports each scan's sequence steps to a listener before passing on the scan.
 
-    A sequence that steps in every scan and waits for the same condition at the same line is reported once.
+    If a sequence steps in every scan but always waits for the same condition at the same line, that wait is
+    reported only once.
     """
 
     def __init__(self, listener: ScanListener, sequences: tuple[Waiting, ...]) -> None:

@@ -174,5 +174,5 @@ def _is_own(name: str, data: bytes) -> bool:
 
 
 def address_name(address: str) -> str:
-    """Return the file name in an address `path[:function]` of a trace's metadata."""
+    """Return the file name from an address, `path[:function]`, in a trace's metadata."""
     return checked_name(split_address(address)[0])

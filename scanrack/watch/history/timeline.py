@@ -149,7 +149,7 @@ class Timeline:
         return self._extent
 
     def _read(self, first: int, last: int) -> Rows:
-        """Return rows of the trace; read complete windows."""
+        """Return the rows from `first` to `last`; the trace is read in whole windows."""
         numbers = range(first // WINDOW, last // WINDOW + 1)
         rows = np.concatenate([self._window(number, last) for number in numbers])
         low, high = np.searchsorted(rows["scan"], [first, last + 1])

@@ -175,7 +175,7 @@ class EncoderFollower(Operation):
             self.shown_ramp = 1 if is_growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:
-        """Return the highest speed that can stop within the owed steps; without a ramp, the top speed."""
+        """Return the highest speed that allows a stop in the owed steps; the top speed without a ramp."""
         if deceleration == 0:
             speed = self._top_speed_msps if owed else 0
         else:

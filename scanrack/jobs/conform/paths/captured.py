@@ -41,7 +41,7 @@ class CapturedScenes(NamedTuple):
 def scenes_of(
     path: Path, slot: int, timing: Timing, configuration: Sequence[int] | None = None
 ) -> CapturedScenes:
-    """Return the firmware named in a trace, its scenes and defects, and the assumptions made.
+    """Return a trace's scenes, the firmware that it names, its defects, and the assumptions made.
 
     Each scan is a read of input words. Changed output words were sent between that scan and the next one.
 
