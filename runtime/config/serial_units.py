@@ -87,5 +87,5 @@ class UnitSpec(Table):
         if self.program is not None and not self.program.endswith(STORED):
             raise SettingError("program", f"a stored program has the suffix {STORED}")
         if self.start and self.program is None:
-            raise SettingError("start", "there is no program to start: add a key `program`")
+            raise SettingError("start", "no program to start: add a key `program`")
         return self

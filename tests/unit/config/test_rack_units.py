@@ -69,7 +69,7 @@ def test_a_unit_runs_its_program_beside_the_rack_and_is_recorded(tmp_path: Path)
         ("home =", "door =", "no input door; choose from in1, in2"),
         ("start =", "begin =", "unknown key"),
         ("[[unit]]", "[[unit]]\n[[unit]]", "address 1 is used twice"),
-        ('program = "sample3.pclt"\n', "", "there is no program to start: add a key `program`"),
+        ('program = "sample3.pclt"\n', "", "no program to start: add a key `program`"),
     ],
 )
 def test_a_unit_that_cannot_be_made_is_told(was: str, now: str, said: str, tmp_path: Path) -> None:
