@@ -75,7 +75,7 @@ class Configuration:
 
     Raises:
         ValueError: a mask is out of range, or the configuration breaks a chapter 3 rule for the newest
-        firmware.
+            firmware.
     """
 
     inputs_used: int

@@ -406,7 +406,7 @@ class Debugger:
 
         Raises:
             ValueError: the tag does not exist, is an image or is not a single value, or the value does not
-            fit.
+                fit.
         """
         place = self._single_place(tag)
         forced_value, name = checked(tag, place.type, value), self._forced_name(tag)

@@ -135,7 +135,7 @@ class Spec:
             operands. It returns the power after it; see `prove.machine`. With None, `run` is executed on
             terms.
         faults: whether it can fault with all subscripts in range; a proof without a model assumes that it
-        can.
+            can.
         partly: whether the compiled program calls `run` in rare cases, by `interpret(site)`.
         fetch: computes, in the interpreter, the value of `fetched(site, ...)` in the compiled program. It is
             called like `run`, with the additional values before the operands.

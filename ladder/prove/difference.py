@@ -56,7 +56,7 @@ class ChangedValue:
 
     Attributes:
         key: the value's place; `FAULT` if the difference is a major fault that stops only one of the
-        programs.
+            programs.
         now: whether the value can differ after one scan from equal states.
         scans: a run after which it differs, confirmed on both programs; empty if no run was found.
         inputs: the inputs of a scan on which the difference depends.

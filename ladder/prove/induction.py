@@ -97,7 +97,7 @@ class Verdict:
         work: number of terms in the questions.
         steps: number of the solver's steps.
         certificates: certificate of the property, and of "the relation follows the program" if this needs a
-        proof.
+            proof.
     """
 
     kind: VerdictKind = VerdictKind.UNKNOWN

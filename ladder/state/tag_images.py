@@ -47,7 +47,7 @@ class TagImage:
 
         Raises:
             ValueError: the bytes extend beyond the end of the tag, or a LEN would exceed its STRING; nothing
-            has changed.
+                has changed.
         """
         self._check(offset, len(data))
         if keep and len(keep) != len(data):

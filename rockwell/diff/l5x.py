@@ -226,7 +226,7 @@ class _L5xOutline:
 
         Args:
             repeated: whether the file also has the values as decorated data, so that this form is only a
-            detail.
+                detail.
         """
         form, prefix = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
         if form == "Decorated":

@@ -326,7 +326,7 @@ class RackSpec(Table):
 
     Attributes:
         program: the logic, given as a path (`path[:function]`, relative to the rack file) or, in Python, a
-        function.
+            function.
         name: name of the rack in reports.
         scan_ms: time from one scan to the next, 0.01 to 1000 ms.
         controller: "micrologix" exchanges images at the start and end of the scan, "compactlogix" every RPI.

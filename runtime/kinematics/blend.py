@@ -36,7 +36,7 @@ def blend(
 
     Args:
         segments: each with a length of 1 or more, a speed not below the starting speed, and a rate of 1 or
-        more.
+            more.
 
     Raises:
         ValueError: the direction is invalid, there are no segments, or a segment is too short for its ramps.
@@ -59,7 +59,7 @@ def check_blend(
 
     Raises:
         ValueError: there are no segments, or a segment is shorter than its ramps according to chapter 2's
-        formula.
+            formula.
     """
     if not segments:
         raise ValueError("a blend without segments: must be 1 or more")

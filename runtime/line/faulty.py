@@ -69,7 +69,7 @@ class FaultInjector(Device):
     Args:
         device: the device on the line.
         turnaround_ns: function that returns the silence between a request and its reply, ns; a delay is added
-        to it.
+            to it.
     """
 
     def __init__(self, device: ControllerDevice, turnaround_ns: Callable[[], int] = lambda: 0) -> None:

@@ -130,7 +130,7 @@ def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> Mo
 
     Args:
         carry_out: function that carries out a request and returns its reply; it may raise
-        `ModbusRefusedError`.
+            `ModbusRefusedError`.
     """
     if isinstance(request, ExceptionResponse):
         return request

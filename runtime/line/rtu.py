@@ -127,7 +127,7 @@ class Framer:
 
         Args:
             final: whether a silence has passed; if so, also find frames after bytes that are unlikely to
-            begin one.
+                begin one.
         """
         buffer, offset, end = bytes(self._buffer), 0, 0
         while offset < len(buffer):

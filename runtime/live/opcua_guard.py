@@ -50,7 +50,7 @@ class UaGuard:
 
     Attributes:
         uri: URI of the application, used in endpoints, in the certificate, and in the namespace and server
-        arrays.
+            arrays.
     """
 
     def __init__(self, security: UaSecurity | None) -> None:

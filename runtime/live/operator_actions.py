@@ -77,7 +77,7 @@ class OperatorActions:
         rack: the rack; its simulated modules accept injected faults.
         tags: the tags of the program; None if none can be set.
         edit: function that continues with an edited program, at the time of the next scan; None if that is
-        impossible.
+            impossible.
 
     Attributes:
         applied: the actions that were carried out.

@@ -172,7 +172,7 @@ class Session:
 
         Raises:
             CpuFault: see `Cpu.run`. If there is no limit, the session first waits for `end`, so that the
-            operator can inspect the fault.
+                operator can inspect the fault.
             KeyboardInterrupt: Ctrl-C was pressed a second time.
         """
         end = None if scans is None else self._cpu.scan + scans

@@ -44,7 +44,7 @@ class Cpu:
         logic: called once per scan with the `LogicScan`.
         period_ns: time from one scan to the next, at least 1 ns.
         exchange: the exchange of images across the backplane; by default it takes place in every scan, as on
-        a MicroLogix.
+            a MicroLogix.
         listeners: called after every scan, in this order.
         pacer: makes scans wait for the wall clock; by default, scans run as fast as possible.
         watchdog: ends endless logic, by default after 500 ms.

@@ -2,8 +2,7 @@
 
 | kind | stop |
 |---|---|
-| line | the rung runs and its condition is true; with `becomes true` or `changes`, its power becomes true or
-changes |
+| line | the rung runs and its condition is true; with `becomes true` or `changes`, its power does so |
 | function | `Main.3` as a line; `Feeding changes`; any other text is an expression that becomes true |
 | data | the value of a tag changes |
 | exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |

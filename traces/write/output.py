@@ -198,7 +198,7 @@ class TraceFile:
         Args:
             data: complete records, which follow the records of earlier calls.
             gap: bytes for the next `write`; if its data is longer and the process is killed, the draft can be
-            lost.
+                lost.
         """
         if not self._drafts or self.full:
             return

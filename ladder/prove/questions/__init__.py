@@ -14,8 +14,7 @@
 | file | content |
 |---|---|
 | `of_program` | these questions about a program |
-| `points` | questions for a search: which states of contacts and coils can't be reached, and a run that
-reaches one |
+| `points` | questions for a search: which states of contacts and coils can be reached, and by which run |
 | `asking` | answers questions, in rounds |
 | `deciding` | decides conditions |
 """

@@ -53,9 +53,9 @@ class TurningMachine(ScanMachine):
 
         Args:
             begins: returns the value of a place before prescan; the place keeps it if prescan does not write
-            it.
+                it.
             reads: returns the value that prescan reads from a place, which may have been written from
-            outside.
+                outside.
         """
         self._scanned, faults = (self._kept, self.written, self._lost), self.faults
         self._begins, self._reads, self._turns = begins, reads, True

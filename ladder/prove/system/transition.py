@@ -64,7 +64,7 @@ class ScanBounds:
 
     Raises:
         ValueError: the times are not 0 <= low <= high with high > 0, exceed a day, or are not multiples of
-        the unit.
+            the unit.
     """
 
     low_ms: float = 1
@@ -129,7 +129,7 @@ class System:
         kept: contracts of modules; each matters only to terms that its module's inputs decide, see
             `narrowed`.
         facts: conditions on two unknown values that are true in each scan, with the values' names; see
-        `narrowed`.
+            `narrowed`.
         deep: the condition under which the relation does not follow the program.
         unmodeled: variables for values that are not modeled, with the instructions that cause them.
         key_of: the places of variables, by name.

@@ -33,7 +33,7 @@ class Link:
 
     Attributes:
         module: an object whose attribute `linked` says whether the module answers; if possible, from the
-        slot.
+            slot.
     """
 
     def __init__(self, number: int = 0, slot: Slot | None = None) -> None:

@@ -4,11 +4,11 @@
 |---|---|
 | BOOL | bit 0 of one byte; an array has one bit each, in groups of 32 |
 | SINT to LREAL | 1, 2, 4 or 8; in a structure at a multiple of its size |
-| structure | begins at a multiple of 4; with an 8-byte value, at a multiple of 8 from revision 27 on
-[1756-RM100F] |
+| structure | begins at a multiple of 4; with an 8-byte value, at a multiple of 8 |
 | string | LEN, then the characters |
 
-The layout of predefined types other than timers, counters and controls is unknown.
+The multiple of 8 is required from revision 27 on [1756-RM100F]. The layout of predefined types other than
+timers, counters and controls is unknown.
 """
 
 from __future__ import annotations

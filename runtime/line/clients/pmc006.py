@@ -82,7 +82,7 @@ class _Search:
     Attributes:
         began_on_switch: whether the switch was active at the start.
         was_free: whether the switch was free, or the motor moved back, which it does only from a free switch
-        [4.3.13].
+            [4.3.13].
     """
 
     def __init__(self, on_switch: Callable[[], bool]) -> None:

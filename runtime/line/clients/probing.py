@@ -57,7 +57,7 @@ def probe(
 
     Args:
         open_line: function that opens the line in a format; the line is closed before it is opened in another
-        format.
+            format.
         addresses: the addresses to probe, or None for all possible addresses.
         on_request: called before every request.
 

@@ -277,7 +277,7 @@ class MotionClient(ABC, Generic[StateType]):
 
         Args:
             witness: name of a value; if the answer is missing, reading this value shows which address is
-            valid.
+                valid.
         """
         former_address = self.address
         try:

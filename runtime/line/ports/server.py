@@ -99,7 +99,7 @@ class PduServer(PortServer[ModbusTcpPort]):
     Args:
         device: a unit, or a `BusSegment` of several units.
         answer: function that carries out a request PDU at the device's current instant and returns the reply
-        PDU.
+            PDU.
         listener: called with every request and reply, as unit and PDU.
     """
 

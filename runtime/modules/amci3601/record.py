@@ -68,8 +68,7 @@ def stepper(profile: Profile, form: ImageForm | None = None) -> ModuleRecord:
 
     Args:
         form: form of the images; None for a 3601's form. Images of another form are shown with the names of
-        their
-            words and bits, because the axis blocks and the number code expect a 3601's words.
+            their words and bits, because the axis blocks and the number code expect a 3601's words.
     """
     words = profile if form is None else form.words(profile)
     return ModuleRecord(

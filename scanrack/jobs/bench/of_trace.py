@@ -57,7 +57,7 @@ def why_of_trace(
         trace: a trace; without its program, only its images explain a value.
         folder: folder into which to unpack the files of the trace.
         trust: whether to run any Python in the trace; if not, only files that are identical to files in the
-        current folder run.
+            current folder run.
         more: scans of a growing trace that have not been written yet.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Starts all helper processes. No other file starts processes.
+"""Starts all helper processes. No other file starts helpers.
 
     python -P -c BOOT COUNT FOLDER... CHUNK_BYTES RECORDS HANDED MODULE:FUNCTION ARGUMENT...
 

@@ -140,7 +140,7 @@ class ProgramTrials:
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], target: Value, name: Callable[[Bits], str]
     ) -> tuple[list[Candidate], list[Candidate]]:
-        """Return the inputs that the program has read, at most `MOST_CANDIDATES`.
+        """Return the inputs in the first `MOST_CANDIDATES` words that the program has read.
 
         Returns:
             Terminals, and status bits and words of modules.

@@ -30,7 +30,7 @@ class AmciDriveOptions(Options):
         diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
             feedback.
         encoder_move: "polled" ends an encoder move when the count that is read reaches the target; "refuse"
-        refuses the move.
+            refuses the move.
         steps_per_turn: motor steps per turn, 200 to 32,767.
         counts_per_turn: x4 counts per turn of the encoder.
         current: motor current, 0.1 A.

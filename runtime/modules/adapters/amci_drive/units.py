@@ -72,7 +72,7 @@ def drive_profile(profile: Profile, start_sps: int) -> DriveProfile:
 
     Args:
         start_sps: starting speed in the drive's configuration; motions that would be slower run at this
-        speed.
+            speed.
 
     >>> drive_profile(Profile(1000, 4000, 20, 10, Shape.TRIANGULAR), 1000)
     DriveProfile(start_sps=1000, max_sps=4000, acceleration=20, deceleration=10, jerk=333, program=None)

@@ -119,7 +119,7 @@ class ProgramChain(PythonChain):
 
         Args:
             slot: the module of a changed output, whose axis or step may have sent the change; 0 for a
-        value.
+                value.
             values: the values after and before the scan.
             changes: the traced changes in the scan, in order; the last one counts.
         """
