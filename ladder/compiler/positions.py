@@ -1,8 +1,7 @@
 """Replaces the line numbers in compiled Python with line numbers of the source file.
 
 Replacing them in the code takes a fraction of the time and memory that an `ast` tree would need. A code
-object
-stores them as a table of entries, each for up to eight two-byte units:
+object stores them as a table of entries, each for up to eight two-byte units:
 
     1 kkkk nnn    kind k and n + 1 units; then the data of the kind
     kind 13       no columns: the difference to the line before, signed, six bits a byte

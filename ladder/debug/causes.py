@@ -2,8 +2,8 @@
 
 Both scans run again. If all contacts in series conduct, all of them were needed, and the contacts that
 changed are the causes. If some do not conduct, each of them is a sufficient cause. For the legs of a branch
-the opposite
-is true. If nothing changed, for example when a timer is done, the latest earlier change is the cause.
+the opposite is true. If nothing changed, for example when a timer is done, the latest earlier change is the
+cause.
 """
 
 from __future__ import annotations

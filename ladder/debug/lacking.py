@@ -2,8 +2,7 @@
 
 An instruction lacks all false contacts in series with it. In a branch, only the false contacts of the leg
 with the fewest count. A statement lacks the first false condition around it. An expression lacks the parts
-that keep it
-false.
+that keep it false.
 """
 
 from __future__ import annotations

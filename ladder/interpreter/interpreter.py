@@ -2,8 +2,7 @@
 
 Power flows from left to right. An input instruction reached by power determines the power after it. An output
 instruction reached by power acts. Each instruction's function is in its `Spec`. This module executes rungs,
-branches, statements,
-calls of routines, prescan and postscan.
+branches, statements, calls of routines, prescan and postscan.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
 its members. A use that accepts only one type determines the type. An operand of an instruction with a REAL
 operand becomes REAL. A tag with a bit access is an integer. The highest constant subscript determines the
-length of
-an array; if all subscripts are computed, it has `COMPUTED` elements.
+length of an array; if all subscripts are computed, it has `COMPUTED` elements.
 
 | in the program | the tag is |
 |---|---|

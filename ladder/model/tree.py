@@ -2,9 +2,8 @@
 
 A program consists of tags and routines. A routine consists of rungs, or of statements of structured text
 (`statements`). A rung is a series. A series consists of instructions and branches, and each leg of a branch
-is a series. Operands are
-addresses, numbers, strings and, in CPT, CMP and subscripts, expressions. `str()`
-of any node is its rung text.
+is a series. Operands are addresses, numbers, strings and, in CPT, CMP and subscripts, expressions. `str()` of
+any node is its rung text.
 """
 
 from __future__ import annotations

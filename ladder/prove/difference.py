@@ -9,8 +9,7 @@
 The comparison covers all values that exist in both programs and that at least one of them writes. Values that
 exist in only one program are listed. For a value that can differ, the answer includes a run that both
 compiled programs confirm, unless the search finds no run within its limits. Runs are compared up to the first
-major fault. A fault in
-only one program is also a difference.
+major fault. A fault in only one program is also a difference.
 """
 
 from __future__ import annotations

@@ -5,9 +5,8 @@ the property follow from k scans that satisfy it? Invariants strengthen the step
 
 The compiled program replays each run that the solver finds, and the values in its memory decide. An
 instruction without a model can compute a different value than the solver chose, or not fault when the solver
-chose a fault. The
-solver then learns the actual value and tries again. A run ends with the scan of a major fault; claims are
-about the state after it.
+chose a fault. The solver then learns the actual value and tries again. A run ends with the scan of a major
+fault; claims are about the state after it.
 """
 
 from __future__ import annotations

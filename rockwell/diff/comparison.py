@@ -8,8 +8,7 @@
 | renamed | an item with the same content, a tag with the same uses |
 
 The order of named items, dates, authors, white space and positions on a sheet are listed separately, since
-they do
-not affect execution.
+they do not affect execution.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Writes a comparison as one HTML file: both versions side by side, changed rungs drawn, differences marked.
 
 The page loads no files and runs no scripts; its content policy allows only its own style sheet. Every text
-from
-the files is escaped, and characters without a glyph are shown as Python escapes.
+from the files is escaped, and characters without a glyph are shown as Python escapes.
 """
 
 from __future__ import annotations

@@ -165,8 +165,7 @@ def lockstep(controller: LadderLogic, work: Work) -> Outcome:
     """Run a controller or program on both back ends, and compare them after each scan; return the outcome.
 
     After a major fault, the scans continue, so that later rungs also run. A difference, an expired watchdog
-    or an
-    exhausted budget ends the trial.
+    or an exhausted budget ends the trial.
     """
     outcome = Outcome()
     compiled, interpreted = controller.compile(), controller.interpret()

@@ -1,8 +1,7 @@
 """The process of a tag server: its sockets and client sessions; see `runtime.tag_servers`.
 
 The server passes one waiting packet from each client to the scan process, which answers all of them at one
-instant. Thus a
-client delays another client by at most the time of one packet.
+instant. Thus a client delays another client by at most the time of one packet.
 """
 
 from __future__ import annotations

@@ -9,8 +9,7 @@ The rules for a single motor step in direction d with the shaft at p:
 
 A step in the opposite direction, or against a jam, ends a slip at p. The shaft moves freely between slips and
 jams, so `follow` advances from one to the next, and `steps_to` adds up the losses. Random numbers are drawn
-one
-passage ahead, so `steps_to` is exact.
+one passage ahead, so `steps_to` is exact.
 """
 
 from __future__ import annotations

@@ -5,12 +5,11 @@
     scans     n     n+1   n+2 | n+3            the edited program starts in scan n+3
 
 A ladder program keeps the values of its tags, as in an online edit. A `Logic` program keeps its fields, and
-its sequences continue, see `ladder.python.online`. A Python function restarts. After a mistake the page
-shows the file and line, and the running program continues. Text edited on a page is previewed first, and is
-saved only when the page accepts it. With --preview a saved file is also previewed first.
-`online` handles edits of drawn rungs, and `typed_text` handles edits of the text. An edit is an action that
-is recorded
-with the program's files, see `jobs.record.program_versions`.
+its sequences continue, see `ladder.python.online`. A Python function restarts. After a mistake the page shows
+the file and line, and the running program continues. Text edited on a page is previewed first, and is saved
+only when the page accepts it. With --preview a saved file is also previewed first. `online` handles edits of
+drawn rungs, and `typed_text` handles edits of the text. An edit is an action that is recorded with the
+program's files, see `jobs.record.program_versions`.
 """
 
 from __future__ import annotations

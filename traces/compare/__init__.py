@@ -14,8 +14,8 @@ Both traces are read block by block, in one pass:
     report      the findings as text
 
 Without a tolerance, scans are paired by number, and every word is compared. With a tolerance, as for
-recordings of
-real hardware, scans are paired by time, and each trace must have the other's values within the tolerance.
+recordings of real hardware, scans are paired by time, and each trace must have the other's values within the
+tolerance.
 """
 
 from .alignment import SAME_CLOCK, TimeMap, align, realign

@@ -71,9 +71,8 @@ def compare(
     """Compare two traces.
 
     Without a tolerance, scans are paired by number, and all bits and times are compared. With a tolerance,
-    scans are
-    paired by time, see `differing`. Both traces are read block by block, so memory use does not depend on
-    their length; a block also has the scans within the tolerance.
+    scans are paired by time, see `differing`. Both traces are read block by block, so memory use does not
+    depend on their length; a block also has the scans within the tolerance.
 
     Args:
         clock: converts times of the second trace to times of the first, see `align`; with any clock but

@@ -1,8 +1,7 @@
 """Decoded values of steppers as another field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
 A recording does not contain them, because they can be calculated from the words. Exported copies add them,
-see
-`export.write_mcap`. Values are float64, NaN in configuration mode; bits are bool. A field's name is its
+see `export.write_mcap`. Values are float64, NaN in configuration mode; bits are bool. A field's name is its
 signal's name in lower case:
 
     Decoded0123456789ab decoded

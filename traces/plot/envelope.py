@@ -1,8 +1,7 @@
 """Keeps every peak of a curve of any length, in bounded memory.
 
 Scans are combined into groups. A group stores the least and the greatest value of its scans. Pairs of groups
-are
-merged when there are more than `GROUPS_MAX`:
+are merged when there are more than `GROUPS_MAX`:
 
     scans     o o o o o o o o o o o o
     groups    |----|----|----|----|      least, greatest; then |---------|---------|

@@ -1,8 +1,7 @@
 """The program's recorded tags on a chart: curves of numbers, bands of steps and texts, and BOOL lanes.
 
 If all tags fit on the chart, all are shown. Otherwise, only tags that change are shown, as many as fit. A
-user can
-choose other tags by name.
+user can choose other tags by name.
 """
 
 from __future__ import annotations

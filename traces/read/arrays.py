@@ -6,9 +6,8 @@
         named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
 
 All messages in a chunk from scanrack have the same size, so the chunk is read as one array. Chunks from other
-writers are read
-message by message if necessary. A slice reads only the chunks it needs. The memory use of `column_chunks`
-does not depend on the length of the trace.
+writers are read message by message if necessary. A slice reads only the chunks it needs. The memory use of
+`column_chunks` does not depend on the length of the trace.
 """
 
 from __future__ import annotations

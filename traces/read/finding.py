@@ -3,8 +3,7 @@
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
 Reading does not depend on the summary, which is missing if the process was killed. A chunk states its length
-twice,
-in its header and as the length of its data. If one of them is damaged, the chunk is still found:
+twice, in its header and as the length of its data. If one of them is damaged, the chunk is still found:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
          ^^^^^^                               ^^^^^^^^^^^^^^^^^^

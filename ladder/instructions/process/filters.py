@@ -13,10 +13,9 @@
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
 scan and Initialize start a filter in its steady state. A value that is NaN or infinite is not stored. After
 such a value, LDLG, DERV, INTG and DEDT continue from the last stored values [Function Block Responses to
-Overflow
-Conditions], and the other filters restart [p. 333, 345]. The manual has no difference equations, so the
-equations here are interpretations, like the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits
-WLag to 40 WLead in order 1, and to 10 WLead in order 2 [p. 345].
+Overflow Conditions], and the other filters restart [p. 333, 345]. The manual has no difference equations, so
+the equations here are interpretations, like the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2
+limits WLag to 40 WLead in order 1, and to 10 WLead in order 2 [p. 345].
 """
 
 from __future__ import annotations

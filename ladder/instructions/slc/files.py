@@ -1,8 +1,7 @@
 """Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
 
 An operand is the first word of a file. Shifts move LEN bits, and the bit that is shifted out is stored in UL.
-A
-sequencer starts at step 0, and step 1 follows step LEN.
+A sequencer starts at step 0, and step 1 follows step LEN.
 """
 
 from __future__ import annotations

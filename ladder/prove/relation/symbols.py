@@ -2,8 +2,7 @@
 
 A `TermSymbol` behaves like a Python number: its operators return symbols, or a number if the result is
 constant. The machine decides on each path whether the symbol is true. Uses that need an actual number, such
-as
-`int`, `float`, `range` or a key of a dict, raise an error.
+as `int`, `float`, `range` or a key of a dict, raise an error.
 """
 
 from __future__ import annotations

@@ -81,8 +81,7 @@ class Axis3601(Device):
 
     Raises:
         ValueError: the slot is not a whole number of 1 or more, the round trip is not a whole number of 0 or
-            more, or the
-            configuration is neither a Configuration nor ten words with bit 15 of word 0 on.
+            more, or the configuration is neither a Configuration nor ten words with bit 15 of word 0 on.
     """
 
     def __init__(

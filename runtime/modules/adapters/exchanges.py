@@ -147,8 +147,8 @@ class Exchanges(Generic[Drive]):
         """Poll until enough polls in a row agree despite late replies; return whether the axis is at rest.
 
         A poll reads the status and then the position. The position is stored when more polls agree than
-        replies can be late. A poll
-        that shows a motion, a request for a hard stop, or `gives_up` ends the polling.
+        replies can be late. A poll that shows a motion, a request for a hard stop, or `gives_up` ends the
+        polling.
         """
         polls_needed, cut_before = self.master.overdue + 1, self.cut
         polls_agreeing, position = 0, self.position

@@ -7,8 +7,7 @@
 Without a successful exchange, MODULE_OK is clear, the words keep their values, and commands are ignored. A
 new configuration is shown once the device has accepted it. STOPPED, MOVE_COMPLETE, AT_HOME and HOLD_STATE are
 shown once a read finds the device at rest. Words that arrive during a hard stop or a configuration wait for
-its end,
-in their order:
+its end, in their order:
 
     words  STOP  0  PRESET  0                         outputs, one image after the other
     obeyed STOP ........................ 0 PRESET 0   a tick each, so no edge is lost

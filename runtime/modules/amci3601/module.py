@@ -49,8 +49,7 @@ class Amci3601(SteppedModule):
     Attributes:
         trouble: the present fault, or None; see `inject`.
         linked: whether the PLC can reach the module. It can still do so after a fatal error, but MODULE_OK is
-            clear.
-            This is a plain field, since logic reads it in every scan.
+            clear. This is a plain field, since logic reads it in every scan.
         indicators: the lights of the front panel.
         events: events in order of time; the caller empties the list.
         before_change: function called before any access to the module or its machine other than `update`.

@@ -115,8 +115,7 @@ def _prove_command(
 
     For two programs, it compares each bit and number that either program writes. It lists the values that can
     differ in one scan or in any run, each with a run and the inputs on which the difference depends. All
-    other
-    values are equal. With --may-differ, it fails if another value can differ.
+    other values are equal. With --may-differ, it fails if another value can differ.
 
     Examples:
         scanrack new feeder --from feeder

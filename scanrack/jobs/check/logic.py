@@ -6,8 +6,8 @@
     [XIC(A),XIO(A)]               always
 
 A condition is split into alternatives. All parts of an alternative are true together. A condition with more
-than `MOST` alternatives counts as neither never nor always true.
-A bit has one value within a condition, because readers rename a bit after the program writes it.
+than `MOST` alternatives counts as neither never nor always true. A bit has one value within a condition,
+because readers rename a bit after the program writes it.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 A target (`WireTarget`) provides the controller, its signals and its environment. The bench provides
 everything else: the order of the keys, the bytes on the line at the line's speed, time, marks, replies. A
-target's module
-defines
+target's module defines
 
     the options of `new` and the table of `env`       two `Strict` models
     a function that makes a target from the options   raises ValueError for illegal options

@@ -49,8 +49,7 @@ def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """Return the stimuli of a recording or a `watch` session as a scenario for any rack.
 
     This does not use the files in the trace, so the trace does not have to be trusted. The scenario does not
-    include the
-    injected faults in the rack file.
+    include the injected faults in the rack file.
 
     Raises:
         ValueError: the trace can't be read, or its events do not fit the rack.

@@ -7,8 +7,7 @@
 
 If a scan does not change the memory and the inputs stay the same, the next scans do not change it either.
 Only even timers can count in these scans (see `program_clocks`). They are advanced by k scans, and the
-skipped
-scans end before anything depends on a count. The results of the invariants must also stay the same
+skipped scans end before anything depends on a count. The results of the invariants must also stay the same
 (`invariants.Watch`).
 """
 

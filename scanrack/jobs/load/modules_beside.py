@@ -6,8 +6,7 @@
     Python, scanrack, the libraries              installed modules
 
 Therefore, a `json.py` beside a program never replaces Python's own module. The folder is stored in the spec
-of the
-importing module; `sys.path` stays unchanged.
+of the importing module; `sys.path` stays unchanged.
 """
 
 from __future__ import annotations

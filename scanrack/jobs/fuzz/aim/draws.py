@@ -5,9 +5,8 @@
     20 %                  anywhere
 
 In addition, 15 % of the events begin at about the same time as another event, and 25 % of the durations end
-near an
-edge. Some durations and distances are times from the program. Some buttons are pressed several times in a
-rhythm.
+near an edge. Some durations and distances are times from the program. Some buttons are pressed several times
+in a rhythm.
 """
 
 from __future__ import annotations

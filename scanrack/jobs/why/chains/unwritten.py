@@ -1,8 +1,7 @@
 """Explains why a value of a Python program has not changed: a line could write it, but a condition is false.
 
 The last scan is run again on a copy. When the copy reaches a condition around one of these lines, or the line
-itself,
-the parts of the condition are evaluated, and the inputs that each false part reads are noted.
+itself, the parts of the condition are evaluated, and the inputs that each false part reads are noted.
 """
 
 from __future__ import annotations
