@@ -193,7 +193,7 @@ class _Sheet:
         """Draw a wire to the right, or back to the left below its elements."""
         x, y = self._end(wire.source, wire.output, output=True)
         to_x, to_y = self._end(wire.target, wire.input, output=False)
-        step = 14 + 5 * (number % 4)  # wires bend at different columns, so that they can be told apart
+        step = 14 + 5 * (number % 4)  # wires bend at different columns, so that they can be distinguished
         if to_x - x >= 2 * step:
             path = f"M{x} {y}H{to_x - step}V{to_y}H{to_x}"
         elif to_x - x > 8:

@@ -130,7 +130,7 @@ def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
-    """Continue a chart with its active steps and their times; without one, leave the chart to begin anew."""
+    """Continue a chart with its active steps and their times; do nothing if no step is active."""
     if not any(machine.get(node.bits["X"]) for node in chart.nodes):
         return
     machine.put(chart.state, RESUMED)

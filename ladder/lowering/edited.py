@@ -62,6 +62,11 @@ class NewTag(NamedTuple):
     type: str
     program: str = ""  # a controller's program; "" for the program itself, or the controller's own tags
 
+    @property
+    def full_name(self) -> str:
+        """Its name, after the name of a controller's program."""
+        return scoped(self.program, self.name)
+
 
 class FileChange(NamedTuple):
     """An element that edits changed in a program's file."""
@@ -191,7 +196,7 @@ class EditedProgram:
 
     def _new_tag(self, new: NewTag) -> Tag:
         """Return the declaration of a new tag; raise a LadderError for an invalid name or type."""
-        full_name = scoped(new.program, new.name)
+        full_name = new.full_name
         if not re.fullmatch(TAG_NAME, new.name) or len(new.name) > 40:
             raise LadderError(f"{new.name!r} is not a tag name; use a letter, then letters, digits and _")
         if full_name.upper() in self._running.layout.declarations:

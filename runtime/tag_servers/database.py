@@ -132,7 +132,7 @@ class Database:
         # "" is the controller; names of programs and tags are keys in capitals
         self.scopes: dict[str, list[Symbol]] = {"": [], **{name: [] for name in self._programs}}
         self._by_name: dict[tuple[str, str], Symbol] = {}  # by scope and tag
-        self._rows: dict[str, list[Row]] = {}  # by scope, as soon as a client has asked
+        self._rows: dict[str, list[Row]] = {}  # by scope, from the first request on
         for index, tag in enumerate(listing.tags):
             if tag.access is not ExternalAccess.NONE:
                 self._add(index, tag, ())

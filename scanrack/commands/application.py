@@ -7,7 +7,6 @@ libraries.
 from __future__ import annotations
 
 import difflib
-import inspect
 import re
 import sys
 from collections.abc import Sequence
@@ -94,9 +93,7 @@ def _plain(command: Any) -> Any:
     Some versions of Typer write `{RACK}` for required arguments, `[[WHAT]]` for optional ones, and the Python
     type after an argument's name. Typer rewraps a paragraph of examples, unless a backspace precedes it.
     """
-    command.help = re.sub(
-        r"^Examples:$", "\b\n\\g<0>", inspect.cleandoc(command.help or ""), flags=re.MULTILINE
-    )
+    command.help = re.sub(r"^Examples:$", "\b\n\\g<0>", command.help or "", flags=re.MULTILINE)
     for parameter in command.params:
         if parameter.param_type_name == "argument":
             parameter.display_type = lambda _: ""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..format.flags import FLAGS
 from ..read.reader import Trace
 from ..signals import Block, Catalog, Selection, Signal, SignalKind, blocks
-from ..signals.names import RECORDED
+from ..signals.names import RECORDED, first_titles
 from ..signals.sequences import FIELD as SEQUENCES
 from .changes import ChangeFinder, Changes
 from .curves import CurveMaker
@@ -84,10 +84,7 @@ def _matching(catalog: Catalog, recorded: Sequence[Signal], patterns: Sequence[s
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
-            titles = [signal.title for signal in recorded[:6]]
-            if len(recorded) > 6:
-                titles.append("...")
-            tags = ", ".join(titles)
+            tags = ", ".join(first_titles([signal.title for signal in recorded], 6))
             raise ValueError(f"{matches[0].name} is not a recorded tag; recorded tags: {tags or 'none'}")
         signals |= {signal.name: signal for signal in matches}
     if len(signals) > CHOSEN_MAX:

@@ -18,7 +18,7 @@ from ..read.number_formats import NumberFormats
 from ..read.reader import Trace
 from ..read.sequence_steps import sequence_steps
 from . import decode
-from .names import DIRECTIONS, SignalNames, is_named
+from .names import DIRECTIONS, SignalNames, first_titles, is_named
 from .sequences import Steps, sequence_signals
 from .signal import Array, Signal, SignalKind
 from .stream import Block
@@ -187,10 +187,7 @@ class Catalog(Mapping[str, Signal]):
         """Return a message about an unknown name, which lists similar names or the values of an array."""
         titles = [signal.title for signal in self.tags_named(name)]
         if titles:
-            example_names = titles[:3]
-            if len(titles) > 3:
-                example_names.append("...")
-            return f"{name} has {len(titles)} values: write {' or '.join(example_names)}"
+            return f"{name} has {len(titles)} values: write {' or '.join(first_titles(titles, 3))}"
         close_names = self._close_to(name)
         slots = ", ".join(f"slot{slot.number}" for slot in self.slots)
         hint = (

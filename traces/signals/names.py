@@ -125,3 +125,12 @@ def is_named(signal: Signal, pattern: str) -> bool:
         parts = name.split(".")
         candidates += [".".join(parts[start:]) for start in range(len(parts))]
     return any(map(name_or_parent.match, candidates))
+
+
+def first_titles(titles: Sequence[str], most: int) -> list[str]:
+    """Return the first titles for a message, followed by "..." if there are more.
+
+    >>> first_titles(["A", "B"], 2), first_titles(["A", "B", "C"], 2)
+    (['A', 'B'], ['A', 'B', '...'])
+    """
+    return list(titles) if len(titles) <= most else [*titles[:most], "..."]

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from scanrack.ladder.lowering.edited import CheckedRung, EditedProgram, Mistake, NewTag, RungEdit, types_of
 from scanrack.ladder.lowering.rebase import moved
 from scanrack.ladder.model.spec import Use
-from scanrack.ladder.model.tags import scoped
 from scanrack.runtime.live.actions import Online, action_of
 
 from ..history.catalog import Catalog
@@ -100,13 +99,9 @@ def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
         raise ValueError("the program on which the draft is based is no longer known")
     rebased = moved(base_program.ladder, program.ladder, [RungEdit(*rung) for rung in draft.rungs])
     declared = program.ladder.build().layout.declarations
-    tags = [tag for tag in draft.tags if _full_name(NewTag(*tag)).upper() not in declared]
+    tags = [tag for tag in draft.tags if NewTag(*tag).full_name.upper() not in declared]
     moved_rungs = [(edit.routine, edit.rung, edit.texts) for edit in rebased.edits]
     return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": rebased.conflicts}
-
-
-def _full_name(tag: NewTag) -> str:
-    return scoped(tag.program, tag.name)
 
 
 def would(monitor: Monitor, page: Page, question: Question) -> None:

@@ -54,6 +54,7 @@ def test_no_help_names_a_folder_of_the_checkout() -> None:
     shown = [(each.name, text) for each in (*groups, *(one for _, one in COMMANDS)) for text in texts(each)]
     assert len(shown) > 200
     assert [each for each in shown if re.search(r"\b(?:examples|docs|tests)/", each[1])] == []
+    assert [each for each in shown if re.search(r"Examples?: *\S", each[1])] == []  # examples are lines
 
 
 def test_there_are_examples_with_a_project_and_without() -> None:

@@ -23,7 +23,11 @@ RACK = 'name = "bench"\nprogram = "none.py"\n\n[[slot]]\nnumber = 1\nmodule = "{
         ("amci-drive", 'address = 256\nport = "tcp:a:502"', "address = 256: .*: must be 1 to 247"),
         ("amci-drive", 'host = "drive"', "host: unknown key; choose from .*port, address"),
         ("smd23e2", 'options = { in3 = "home" }', 'options.in3 = "home": .*did you mean in2'),
-        ("smd23e2", "options = { stored = [1, 2] }", r"options.stored: .* must be empty or 10 words"),
+        (
+            "smd23e2",
+            "options = { stored = [1, 2] }",
+            r"options.stored: .*\[1, 2\].*: must be empty or 10 words of 0 to 65535",
+        ),
         ("smd23e2", 'port = "tcp:a:502"', 'port = "tcp:a:502": .*smd23e2 has no port; only .*amci-drive'),
     ],
 )  # fmt: skip

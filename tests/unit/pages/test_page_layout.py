@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from house import ROOMS, ROOT
 
-ROOT = Path(__file__).parents[3]
-ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")])
 ENTRY = re.compile(r"[\w*.]+(, [\w*.]+)*: ")
 
